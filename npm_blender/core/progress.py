@@ -1,0 +1,17 @@
+"""Progress and cancelling, the same for every long step.
+
+A `Progress` is any callable `progress(fraction, message)`: fraction in 0..1 of the running step, message a short
+phrase ("Decimating"). It may raise `Cancelled`; steps call it often enough that a cancel takes effect in 0.5 s.
+"""
+from collections.abc import Callable
+
+Progress = Callable[[float, str], None]
+
+
+def no_progress(fraction: float, message: str) -> None:
+    """Ignore progress."""
+
+
+def part(progress: Progress, start: float, stop: float) -> Progress:
+    """The share [start, stop] of `progress`, as a Progress of its own for a sub-step."""
+    return lambda fraction, message: progress(start + (stop - start) * fraction, message)

@@ -1,0 +1,55 @@
+"""Settings of the pipeline: frozen, checked once when they are made, never a dict of strings."""
+from dataclasses import dataclass
+
+from .errors import SettingsError
+
+CLEAN_MODES = ("auto", "off", "tetwild")
+
+
+def _in_range(name: str, value: int, low: int, high: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
+        raise SettingsError(f"Expected {name} to be a whole number from {low} to {high}, found {value!r}")
+
+
+@dataclass(frozen=True)
+class LodSettings:
+    """How the LoD sequence is built.
+
+    base_faces: faces of the base mesh M^0 (paper: 400); levels: midpoint subdivisions L (paper: 3);
+    clean: 'auto' repairs what the checks find, 'off' refuses what does not qualify, 'tetwild' always re-meshes;
+    variant: 0 collapses the cheapest edge; k > 0 seeds a random choice among the cheapest (training augmentation).
+    """
+
+    base_faces: int = 400
+    levels: int = 3
+    clean: str = "auto"
+    variant: int = 0
+
+    def __post_init__(self) -> None:
+        _in_range("base faces", self.base_faces, 4, 100_000)
+        _in_range("levels", self.levels, 1, 6)
+        _in_range("variant", self.variant, 0, 2**31 - 1)
+        if self.clean not in CLEAN_MODES:
+            raise SettingsError(f"Expected clean to be one of {', '.join(CLEAN_MODES)}, found {self.clean!r}")
+
+
+@dataclass(frozen=True)
+class CompressSettings:
+    """How a mesh is compressed: `lod`, plus
+
+    position_bits: bits per base coordinate, 9 to 14; order: 'gain' (measured reconstruction gain) or 'magnitude' (the
+    paper's); refine_steps: gradient steps per stage that fit base and features to this mesh through the decoder
+    (needs torch; 0 uses the encoder's output as it is; None: the default where torch is installed, else 0).
+    """
+
+    lod: LodSettings = LodSettings()
+    position_bits: int = 12
+    order: str = "gain"
+    refine_steps: int | None = None
+
+    def __post_init__(self) -> None:
+        _in_range("position bits", self.position_bits, 9, 14)
+        if self.refine_steps is not None:
+            _in_range("refine steps", self.refine_steps, 0, 10_000)
+        if self.order not in ("gain", "magnitude"):
+            raise SettingsError(f"Expected order to be gain or magnitude, found {self.order!r}")
