@@ -24,3 +24,16 @@ class LodSequence:
     barycentric: np.ndarray
     levels: int
     message: str = ""
+
+
+@dataclass(frozen=True)
+class BaseOrder:
+    """A renumbering of the base mesh, the one in which the receiver will see it (see `connectivity.canonical_order`).
+
+    vertices (n0,) int32: old index of each new vertex; faces (m0,) int32: old index of each new face;
+    F (m0, 3) int32: the new faces in the new numbering. Corners may be rotated against the old face, never mirrored.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    F: np.ndarray
