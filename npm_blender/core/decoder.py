@@ -1,0 +1,63 @@
+"""The decoder (paper section 3.2): from the base mesh and whatever features arrived to the mesh of any level.
+
+Level i -> i + 1: hidden features h^i (upsampled from level i - 1), the 13 geometry features of the mesh decoded so far
+and the transmitted features f^i (zero where none arrived) pass a face convolution; one linear layer on the features of
+an edge's two faces displaces its midpoint, in the edge's local frame and in units of its length; the mean over both
+sides makes the result independent of the order of the two faces. Levels from 3 on reuse the network of level 2.
+"""
+from .geometry import geometry_features
+from .operators import MeshIndex, bilinear_upsample, edge_frames, face_convolution, two_face_linear
+
+FEATURES = 8
+SLOT_FEATURES = 4
+
+
+def feature_slots(B, f):
+    """Transmitted features in slots: (m, 8) -> (3 m, 4). Two belong to the whole face, two to each of its corners."""
+    m = len(f)
+    whole = B.concat([f[:, None, :2]] * 3, 1)
+    return B.concat([whole, f[:, 2:].reshape(m, 3, 2)], 2).reshape(3 * m, SLOT_FEATURES)
+
+
+def network_level(params: dict, level: int) -> dict:
+    """The decoder's parameters for a step from `level` to the next; the last trained one serves all finer levels."""
+    steps = params["decoder"]
+    return steps[min(level, len(steps) - 1)]
+
+
+def decode_step(B, step: dict, V, hidden, f, mesh: MeshIndex):
+    """One level: V (n, 3), hidden (3 m, C) or None, f (m, 8) -> (V at the next level (n + e, 3), hidden for it (3 m, C'))."""
+    g = geometry_features(B, V, mesh)
+    s = feature_slots(B, f)
+    x = B.concat([g, s] if hidden is None else [hidden, g, s], 1)
+    y = face_convolution(B, x, mesh.opposite, step["conv1"])
+    y = face_convolution(B, y, mesh.opposite, step["conv2"]) + x @ step["skip"]
+    offset = two_face_linear(B, B.concat([y, g, s], 1), mesh.opposite, step["displace"])
+    V = displaced_midpoints(B, V, offset, mesh)
+    return V, y
+
+
+def displaced_midpoints(B, V, offset, mesh: MeshIndex):
+    """V (n, 3) and offsets (3 m, 3), one per half-edge in its own frame -> V with the midpoints appended (n + e, 3)."""
+    x, y, z, length = edge_frames(B, V, mesh)
+    left, right = B.take(offset, mesh.left), B.take(offset, mesh.right)
+    # seen from the right half-edge x and y are negated; on the border left and right are the same half-edge
+    sign = 1 - 2 * B.take(mesh.inner, mesh.left)
+    along, across, up = ((left[:, k] + (sign[:, 0] if k < 2 else 1) * right[:, k])[:, None] / 2 for k in range(3))
+    middle = (B.take(V, mesh.edge_a) + B.take(V, mesh.edge_b)) / 2
+    return B.concat([V, middle + length * (x * along + y * across + z * up)], 0)
+
+
+def decode(B, params: dict, V0, features: list, meshes: list):
+    """Meshes of levels 1..L.
+
+    V0 (n0, 3) unit frame; features: f^0..f^(L-1), each (m_i, 8); meshes: MeshIndex of levels 0..L-1.
+    Returns the list of vertex arrays V^1..V^L, each (n_i, 3).
+    """
+    V, hidden, out = V0, None, []
+    for i, (f, mesh) in enumerate(zip(features, meshes, strict=True)):
+        if i:
+            hidden = bilinear_upsample(B, hidden, meshes[i - 1].opposite, network_level(params, i - 1)["up"])
+        V, hidden = decode_step(B, network_level(params, i), V, hidden, f, mesh)
+        out.append(V)
+    return out
