@@ -1,0 +1,167 @@
+"""Jobs in worker processes: start, look how far it is, take the result, cancel. Knows processes, not Blender.
+
+Progress and errors come through files in the job's folder, not pipes: no threads, no deadlock, the same on every
+system. The folder goes when the job ends, whichever way it ends.
+"""
+import atexit
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+from .core import errors
+from .core.mesh import TriMesh
+from .core.progress import Progress, no_progress
+from .core.settings import CompressSettings
+from .worker import STREAM, write_job
+
+PACKAGE_FOLDER = Path(__file__).parent
+POLL_SECONDS = 0.05
+
+_running: list["Job"] = []
+
+
+class WorkerCrash(RuntimeError):
+    """The worker ended without a result or a message: a bug of ours, or the system ended it."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """data: the `.npmesh` stream; report: the fields of the core's CompressReport."""
+
+    data: bytes
+    report: dict
+
+
+class Job:
+    """One compression in a worker process.
+
+    fraction (0..1) and message tell how far it is, as of the last `poll`.
+    """
+
+    def __init__(self, mesh: TriMesh, settings: CompressSettings, scratch: str | None = None, cache: str | None = None):
+        """Start the worker. scratch: where its folder is made; cache: where compiled code is kept between jobs.
+
+        Raises DependencyError if there is no Python to start.
+        """
+        self.fraction, self.message = 0.0, "Starting"
+        self._last: dict = {}
+        self._folder = Path(tempfile.mkdtemp(prefix="npmesh_", dir=scratch))
+        try:
+            write_job(self._folder, mesh, settings)
+            with open(self._folder / "out", "wb") as out, open(self._folder / "err", "wb") as err:
+                self._process = subprocess.Popen(
+                    _command(self._folder), cwd=self._folder, env=_environment(self._folder, cache),
+                    stdin=subprocess.PIPE, stdout=out, stderr=err, **_own_group())
+        except BaseException:
+            shutil.rmtree(self._folder, ignore_errors=True)
+            raise
+        self._output = open(self._folder / "out", encoding="utf-8")
+        self._line = ""
+        _running.append(self)
+
+    def poll(self) -> bool:
+        """Read what the worker said since the last call; True once it has ended (then call `result`)."""
+        ended = self._process.poll() is not None
+        self._line += self._output.read()
+        *lines, self._line = self._line.split("\n")
+        for line in lines:
+            said = self._last = json.loads(line)
+            if "fraction" in said:
+                self.fraction, self.message = max(self.fraction, said["fraction"]), said["message"]
+        return ended
+
+    def result(self) -> Result:
+        """The compressed stream, after `poll` said that the job has ended; removes the job's folder.
+
+        Raises the NpmError that the worker met, or WorkerCrash with its traceback.
+        """
+        try:
+            if "report" in self._last:
+                return Result((self._folder / STREAM).read_bytes(), self._last["report"])
+            if "error" in self._last:
+                raise getattr(errors, self._last["error"])(self._last["message"])
+            trace = (self._folder / "err").read_text(encoding="utf-8", errors="replace").strip()
+            raise WorkerCrash(f"The worker process ended early (code {self._process.returncode}) in the step "
+                              f"'{self.message}'\n{trace}".rstrip())
+        finally:
+            self._close()
+
+    def cancel(self) -> None:
+        """End the worker at once, with every process that it started, and remove its folder."""
+        if self._process.poll() is None:
+            if os.name == "posix":
+                os.killpg(self._process.pid, signal.SIGKILL)
+            else:
+                self._process.kill()
+            self._process.wait()
+        self._close()
+
+    def wait(self, progress: Progress = no_progress) -> Result:
+        """Block until the job has ended, telling `progress`; what `progress` raises cancels the job."""
+        try:
+            while not self.poll():
+                progress(self.fraction, self.message)
+                time.sleep(POLL_SECONDS)
+        except BaseException:
+            self.cancel()
+            raise
+        return self.result()
+
+    def _close(self) -> None:
+        self._output.close()
+        self._process.stdin.close()
+        shutil.rmtree(self._folder, ignore_errors=True)
+        if self in _running:
+            _running.remove(self)
+
+
+def running() -> tuple[Job, ...]:
+    """Jobs that have neither given their result nor been cancelled, oldest first."""
+    return tuple(_running)
+
+
+@atexit.register
+def cancel_all() -> None:
+    """Cancel every running job: the extension is being disabled, or the program ends."""
+    for job in running():
+        job.cancel()
+
+
+def _command(folder: Path) -> list[str]:
+    """The command that runs the worker: this Python, this package under its folder's name.
+
+    The folder's name rather than __package__: an installed extension is bl_ext.<repository>.npm_blender in Blender, and
+    that parent exists only there.
+    """
+    if not sys.executable or not os.path.exists(sys.executable):
+        raise errors.DependencyError(f"Expected Blender's Python program, found {sys.executable or 'none'}; "
+                                     "reinstall Blender, or start it from its own folder")
+    # -P: the current folder is no source of modules
+    return [sys.executable, "-P", "-m", f"{PACKAGE_FOLDER.name}.worker", str(folder)]
+
+
+def _environment(folder: Path, cache: str | None) -> dict[str, str]:
+    """The worker's environment: the packages that this process sees, and temporary files in the job's folder."""
+    packages = [p for p in sys.path if os.path.basename(p) in ("site-packages", "dist-packages")]
+    env = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON") or k == "PYTHONDONTWRITEBYTECODE"}
+    env["PYTHONPATH"] = os.pathsep.join([str(PACKAGE_FOLDER.parent), *packages])
+    env.update(dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder)))
+    if sys.flags.no_user_site:
+        env["PYTHONNOUSERSITE"] = "1"
+    if cache:
+        env["NUMBA_CACHE_DIR"] = cache
+    return env
+
+
+def _own_group() -> dict:
+    """Arguments of Popen that put the worker into a group of its own, without a console window."""
+    if os.name == "posix":
+        return {"start_new_session": True}
+    return {"creationflags": subprocess.CREATE_NO_WINDOW | subprocess.CREATE_NEW_PROCESS_GROUP}

@@ -1,0 +1,71 @@
+"""What to do with a compressed object and its preview: show it, keep it as an ordinary mesh, drop it."""
+import bpy
+
+from .. import preview
+from ..core.errors import NpmError, StreamError
+from .compress import preview_of
+from .job_operator import one_line
+from .target import poll_mesh, poll_preview
+
+
+class OBJECT_OT_npmesh_preview(bpy.types.Operator):
+    """Show the compressed mesh in place of the active object, which was compressed before"""
+
+    bl_idname = "object.npmesh_preview"
+    bl_label = "Preview Compressed Mesh"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context):
+        return poll_mesh(cls, context)
+
+    def execute(self, context):
+        obj = context.active_object
+        try:
+            if obj.npmesh.is_preview:
+                preview.show(obj)
+                return {"FINISHED"}
+            if not isinstance(obj.get(preview.STREAM), bytes):
+                raise StreamError(f"Expected a compressed object, found none in '{obj.name}'; compress it first")
+            shown = preview_of(context, obj)
+        except NpmError as error:
+            self.report({"ERROR"}, one_line(error))
+            return {"CANCELLED"}
+        shown.npmesh.show_original = False
+        context.view_layer.objects.active = shown
+        return {"FINISHED"}
+
+
+class OBJECT_OT_npmesh_apply(bpy.types.Operator):
+    """Keep what the preview shows as an ordinary mesh object; the original stays hidden"""
+
+    bl_idname = "object.npmesh_apply"
+    bl_label = "Apply Preview"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context):
+        return poll_preview(cls, context)
+
+    def execute(self, context):
+        preview.apply(context.active_object)
+        return {"FINISHED"}
+
+
+class OBJECT_OT_npmesh_discard(bpy.types.Operator):
+    """Remove the preview and bring the original back"""
+
+    bl_idname = "object.npmesh_discard"
+    bl_label = "Discard Preview"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+
+    @classmethod
+    def poll(cls, context):
+        return poll_preview(cls, context)
+
+    def execute(self, context):
+        preview.discard(context.active_object, context.view_layer)
+        return {"FINISHED"}
+
+
+CLASSES = (OBJECT_OT_npmesh_preview, OBJECT_OT_npmesh_apply, OBJECT_OT_npmesh_discard)

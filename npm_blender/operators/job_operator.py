@@ -1,0 +1,102 @@
+"""What Compress and Export share: run one job, in the window without stopping it, elsewhere to the end."""
+import bpy
+
+from .. import jobs
+from ..core.errors import NpmError
+from ..core.mesh import TriMesh
+from ..core.settings import CompressSettings
+
+TIMER_SECONDS = 0.1
+
+
+class JobOperator:
+    """Mix-in of an operator: `run_job` starts a job, `finish` gets its result.
+
+    In a window, an operator that was invoked runs modal: progress in the status bar and the panel, Esc cancels. From a
+    script or in the background it blocks until the job has ended.
+    """
+
+    def finish(self, context: bpy.types.Context, obj: bpy.types.Object, result: jobs.Result) -> None:
+        """What to do with the result for `obj`. May raise NpmError or OSError."""
+        raise NotImplementedError
+
+    def run_job(self, context: bpy.types.Context, obj: bpy.types.Object, mesh: TriMesh,
+                settings: CompressSettings) -> set:
+        """Compress `mesh` for `obj`; returns the operator's result. Raises DependencyError or OSError."""
+        job = jobs.Job(mesh, settings, scratch=bpy.app.tempdir, cache=_cache_folder())
+        if bpy.app.background or not self.options.is_invoke:
+            return self._deliver(context, obj, job.wait)
+        self._job, self._uid, self._name = job, obj.session_uid, obj.name
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(TIMER_SECONDS, window=context.window)
+        manager.modal_handler_add(self)
+        self._show(context)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set:
+        """Called by Blender for every event while the job runs."""
+        job = self._job
+        if event.type == "ESC" and event.value == "PRESS":
+            job.cancel()
+        if job not in jobs.running():  # by Esc, by the panel's button, or because the extension is being disabled
+            self._clean_up(context)
+            self.report({"INFO"}, f"Compressing '{self._name}' was cancelled")
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        if not job.poll():
+            self._show(context)
+            return {"PASS_THROUGH"}
+        self._clean_up(context)
+        obj = next((o for o in bpy.data.objects if o.session_uid == self._uid), None)
+        if obj is None or obj.name not in context.view_layer.objects:
+            job.cancel()
+            self.report({"WARNING"}, f"'{self._name}' was removed while it was compressed; the result is dropped")
+            return {"CANCELLED"}
+        return self._deliver(context, obj, job.result)
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Called by Blender when it ends the operator: another file is loaded, the window closes, Blender quits."""
+        self._job.cancel()
+        self._clean_up(context)
+
+    def _deliver(self, context: bpy.types.Context, obj: bpy.types.Object, result_of) -> set:
+        try:
+            self.finish(context, obj, result_of())
+        except (NpmError, OSError) as error:
+            self.report({"ERROR"}, one_line(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+    def _show(self, context: bpy.types.Context) -> None:
+        text = f"Compressing '{self._name}': {self._job.message} ({100 * self._job.fraction:.0f}%)      Esc: Cancel"
+        context.workspace.status_text_set(text)
+        redraw(context)
+
+    def _clean_up(self, context: bpy.types.Context) -> None:
+        context.window_manager.event_timer_remove(self._timer)
+        context.workspace.status_text_set(None)
+        redraw(context)
+
+
+def redraw(context: bpy.types.Context) -> None:
+    """Draw the sidebars again, in every window."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()
+
+
+def one_line(error: Exception) -> str:
+    """An error as one line for a report."""
+    if isinstance(error, OSError):
+        return f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
+    return " ".join(str(error).split())
+
+
+def _cache_folder() -> str | None:
+    """Where compiled code is kept between jobs: the folder that Blender gives an installed extension."""
+    package = __package__.rpartition(".")[0]
+    if not package.startswith("bl_ext."):
+        return None
+    return bpy.utils.extension_path_user(package, path="cache", create=True)

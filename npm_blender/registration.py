@@ -1,0 +1,62 @@
+"""What the extension adds to Blender, in order; taken away in reverse."""
+import bpy
+
+from . import jobs, preview, properties
+from .operators import compress, decoded, export_stream, import_stream
+from .panels import sidebar
+
+MODULES = (properties, compress, export_stream, import_stream, decoded, sidebar)
+
+MENUS = (
+    (bpy.types.TOPBAR_MT_file_import, import_stream.menu),
+    (bpy.types.TOPBAR_MT_file_export, export_stream.menu),
+    (bpy.types.VIEW3D_MT_object, compress.menu),
+)
+
+HANDLERS = (
+    (bpy.app.handlers.undo_post, preview.refresh_all),
+    (bpy.app.handlers.redo_post, preview.refresh_all),
+    (bpy.app.handlers.save_pre, preview.refresh_all),
+    (bpy.app.handlers.load_pre, preview.forget_all),
+)
+
+_command = None
+
+
+def run_command(argv: list[str]) -> int:
+    """`blender --command npmesh ARGS`: the command line of `python -m npm_blender`."""
+    from .cli import main
+
+    return main(argv)
+
+
+def register() -> None:
+    """Register classes, then properties, menus, handlers and the `npmesh` command."""
+    global _command
+    for module in MODULES:
+        for cls in module.CLASSES:
+            bpy.utils.register_class(cls)
+    bpy.types.Object.npmesh = bpy.props.PointerProperty(type=properties.NpmObject, name="Progressive Mesh")
+    for owner, draw in MENUS:
+        owner.append(draw)
+    for handlers, function in HANDLERS:
+        handlers.append(function)
+    _command = bpy.utils.register_cli_command("npmesh", run_command)
+
+
+def unregister() -> None:
+    """Stop running jobs, then undo `register` in reverse."""
+    global _command
+    jobs.cancel_all()
+    preview.forget_all()
+    if _command is not None:
+        bpy.utils.unregister_cli_command(_command)
+        _command = None
+    for handlers, function in reversed(HANDLERS):
+        handlers.remove(function)
+    for owner, draw in reversed(MENUS):
+        owner.remove(draw)
+    del bpy.types.Object.npmesh
+    for module in reversed(MODULES):
+        for cls in reversed(module.CLASSES):
+            bpy.utils.unregister_class(cls)
