@@ -1,0 +1,38 @@
+"""Finding vertices that lie at exactly the same place."""
+import numpy as np
+from numba import njit
+
+
+def weld(V: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Coincident rows of V (n, 3) float64, compared bit by bit (0 and -0 are the same).
+
+    Returns first (k,) int64: the first row of each place, ascending; and place (n,) int32: V[first][place] == V.
+    """
+    bits = (np.ascontiguousarray(V, dtype=np.float64) + 0.0).view(np.uint64)
+    slots = 1 << max(4, int(2 * len(V)).bit_length())
+    return _weld(bits, np.full(slots, -1, np.int64))
+
+
+@njit(cache=True, nogil=True)
+def _weld(bits, table):
+    n, mask = len(bits), np.uint64(len(table) - 1)
+    first, place = np.zeros(n, np.int64), np.zeros(n, np.int32)
+    found = 0
+    for i in range(n):
+        h = bits[i, 0] * np.uint64(0x9E3779B97F4A7C15)
+        h = (h ^ (h >> np.uint64(29)) ^ bits[i, 1]) * np.uint64(0xBF58476D1CE4E5B9)
+        h = (h ^ (h >> np.uint64(32)) ^ bits[i, 2]) * np.uint64(0x94D049BB133111EB)
+        slot = (h ^ (h >> np.uint64(31))) & mask
+        while True:
+            k = table[slot]
+            if k < 0:
+                table[slot] = found
+                first[found], place[i] = i, found
+                found += 1
+                break
+            j = first[k]
+            if bits[j, 0] == bits[i, 0] and bits[j, 1] == bits[i, 1] and bits[j, 2] == bits[i, 2]:
+                place[i] = k
+                break
+            slot = (slot + np.uint64(1)) & mask
+    return first[:found].copy(), place
