@@ -1,0 +1,46 @@
+# The same targets for everyone: a newcomer, a developer, CI. Nothing is installed outside .venv, except, for root on
+# Debian, the system libraries of Blender's module (requirements/system.sh).
+.DEFAULT_GOAL := help
+SHELL := /bin/sh
+
+# bpy 4.5 exists for Python 3.11 only, so 3.11 is taken where there is one
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV := .venv
+PY := $(VENV)/bin/python
+PIP := $(PY) -m pip install --quiet --disable-pip-version-check
+
+.PHONY: help demo test lint clean
+
+help:  ## Show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+demo: $(VENV)/.demo  ## Compress, measure and render a sculpt (or MESH=path) into out/demo
+	$(PY) -m npm_blender demo $(if $(MESH),"$(MESH)")
+
+test: $(VENV)/.test  ## Run the tests (or those of TESTS=path)
+	$(PY) -m pytest $(TESTS)
+
+lint: $(VENV)/.test  ## Check the style
+	$(PY) -m ruff check
+
+clean:  ## Remove what the other targets made
+	rm -rf $(VENV) out build dist
+
+# A stamp per set of requirements: done once, and again when the set changes.
+$(VENV)/.demo: requirements/run.txt requirements/demo.txt requirements/system.sh | $(PY)
+	@echo "Installing requirements/demo.txt into $(VENV) (once; some minutes)"
+	$(PIP) -r requirements/demo.txt
+	sh requirements/system.sh $(PY)
+	@touch $@
+
+$(VENV)/.test: requirements/test.txt $(VENV)/.demo
+	@echo "Installing requirements/test.txt into $(VENV) (once)"
+	$(PIP) -r requirements/test.txt
+	@touch $@
+
+$(PY):
+	@test -n "$(PYTHON)" || { echo "Expected Python 3.11, found none; on Debian run: apt-get install python3 python3-venv" >&2; exit 1; }
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' || { echo \
+	  "Expected Python 3.11 (Blender 4.5's), found $$("$(PYTHON)" --version 2>&1); install it, or name it: make PYTHON=path" >&2; exit 1; }
+	@"$(PYTHON)" -m venv $(VENV) || { rm -rf $(VENV); echo \
+	  "Expected Python's venv module to work, found the error above; on Debian run: apt-get install python3-venv" >&2; exit 1; }

@@ -1,0 +1,122 @@
+"""Compress a mesh file (.ply .obj .stl .glb .drc) into a progressive .npmesh file."""
+
+import argparse
+import dataclasses
+import time
+from pathlib import Path
+
+from ..core.settings import CLEAN_MODES, CompressSettings, LodSettings
+from .console import ProgressLine, print_json
+from .files import STREAM_SUFFIX, check_input, check_output, write_atomic
+
+HELP = "mesh file -> .npmesh"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the verb's arguments."""
+    lod, whole = LodSettings(), CompressSettings()
+    parser.add_argument("input", metavar="IN", type=Path, help="mesh to read: .ply .obj .stl .glb .drc")
+    parser.add_argument("output", metavar="OUT.npmesh", type=Path, help="file to write")
+    parser.add_argument(
+        "--base-faces",
+        metavar="N",
+        type=int,
+        default=lod.base_faces,
+        help="faces of the base mesh (default %(default)s)",
+    )
+    parser.add_argument(
+        "--levels",
+        metavar="L",
+        type=int,
+        default=lod.levels,
+        help="subdivisions of the base, 1 to 6; each has four times the faces (default %(default)s)",
+    )
+    parser.add_argument(
+        "--clean",
+        choices=CLEAN_MODES,
+        default=lod.clean,
+        help="auto repairs what needs it, off refuses such input, tetwild always re-meshes (default %(default)s)",
+    )
+    parser.add_argument(
+        "--position-bits",
+        metavar="B",
+        type=int,
+        default=whole.position_bits,
+        help="bits per base coordinate, 9 to 14 (default %(default)s)",
+    )
+    parser.add_argument(
+        "--order",
+        choices=("gain", "magnitude"),
+        default=whole.order,
+        help="what makes a feature important: measured gain, or its magnitude (default %(default)s)",
+    )
+    parser.add_argument(
+        "--refine-steps",
+        metavar="K",
+        type=int,
+        default=whole.refine_steps,
+        help="gradient steps that fit the features to this mesh; needs torch (default: some with torch, else 0)",
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of text")
+
+
+def run(args: argparse.Namespace) -> None:
+    """Compress, write the file, and print what was done."""
+    settings = CompressSettings(
+        lod=LodSettings(base_faces=args.base_faces, levels=args.levels, clean=args.clean),
+        position_bits=args.position_bits,
+        order=args.order,
+        refine_steps=args.refine_steps,
+    )
+    check_input(args.input)
+    check_output(args.output, args.input, (STREAM_SUFFIX,))
+    with ProgressLine() as progress:
+        summary = compress_file(args.input, args.output, settings, progress)
+        for message in summary["messages"]:
+            progress.note(message)
+    if args.json:
+        print_json(summary)
+    else:
+        print(as_text(args.input, args.output, summary))
+
+
+def compress_file(source: Path, target: Path, settings: CompressSettings, progress: ProgressLine) -> dict:
+    """Read `source`, compress it and write `target` atomically; the report as a JSON-able dict.
+
+    `seconds` has read, clean, decimate, levels, encode, order, write, and whatever further stages the codec reports.
+    Raises the NpmError family and OSError; then `target` is as it was.
+    """
+    from ..core.codec import compress
+    from ..core.meshfile import read_mesh
+
+    progress(0.0, f"Reading {source.name}")
+    start = time.perf_counter()
+    mesh = read_mesh(source)
+    seconds = {"read": time.perf_counter() - start}
+    done = compress(mesh, settings, progress)
+    start = time.perf_counter()
+    write_atomic(target, done.data)
+    wrote = time.perf_counter() - start
+    seconds.update(done.report.seconds)
+    seconds["write"] = seconds.get("write", 0.0) + wrote
+    summary = dataclasses.asdict(done.report)
+    return {
+        **summary,
+        "messages": list(done.report.messages),
+        "seconds": {k: round(float(s), 4) for k, s in seconds.items()},
+    }
+
+
+def as_text(source: Path, target: Path, summary: dict) -> str:
+    """The report as three lines for people."""
+    size = source.stat().st_size
+    share = 100 * summary["bytes"] / max(size, 1)
+    stages = ", ".join(f"{name} {took:.2f}" for name, took in summary["seconds"].items())
+    return "\n".join(
+        [
+            f"{source}: {summary['faces']:,} faces, {size:,} bytes; cleaning: {summary['cleaning']}",
+            f"{target}: {summary['base_faces']:,} base faces, {summary['levels']} levels, "
+            f"{summary['features']:,} features, {summary['bytes']:,} bytes ({share:.2f} % of the input file)",
+            f"seconds: {stages}",
+        ]
+    )

@@ -1,0 +1,62 @@
+"""Say what an .npmesh file holds: faces, levels, bytes after the base and after 0, 40, 400 and all features, model."""
+
+import argparse
+from pathlib import Path
+
+from .console import print_json, table
+from .files import open_stream_file
+
+HELP = "what an .npmesh file holds"
+STOPS = (0, 40, 400)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the verb's arguments."""
+    parser.add_argument(
+        "input", metavar="IN.npmesh", type=Path, help="file to look at; it may be truncated past the base"
+    )
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of text")
+
+
+def run(args: argparse.Namespace) -> None:
+    """Print the summary."""
+    summary = describe(open_stream_file(args.input))
+    print_json(summary) if args.json else print(as_text(args.input, summary))
+
+
+def describe(stream) -> dict:
+    """The summary as a JSON-able dict; `bytes_at` counts whole prefixes of the file, header and base included."""
+    return {
+        "faces": stream.source_faces,
+        "vertices": stream.source_vertices,
+        "levels": stream.levels,
+        "faces_per_level": [stream.faces_at(level) for level in range(stream.levels + 1)],
+        "bytes": stream.total_bytes,
+        "base_bytes": stream.base_bytes,
+        "bytes_at": {
+            **{str(n): stream.bytes_for(min(n, stream.features)) for n in STOPS},
+            "all": stream.bytes_for(stream.features),
+        },
+        "features": stream.features,
+        "total_features": stream.total_features,
+        "truncated": stream.truncated,
+        "position_bits": stream.position_bits,
+        "model": stream.model_id,
+    }
+
+
+def as_text(path: Path, summary: dict) -> str:
+    """The summary for people."""
+    arrived = f"{summary['features']:,}"
+    if summary["truncated"]:
+        arrived += f" of {summary['total_features']:,} (the file ends early)"
+    return "\n".join(
+        [
+            f"{path}: {summary['bytes']:,} bytes, model {summary['model']}, "
+            f"{summary['position_bits']} bits per base coordinate",
+            f"source: {summary['faces']:,} faces, {summary['vertices']:,} vertices",
+            f"faces of levels 0 to {summary['levels']}: {', '.join(f'{n:,}' for n in summary['faces_per_level'])}",
+            f"features: {arrived}",
+            table(("features", "bytes"), list(summary["bytes_at"].items())),
+        ]
+    )

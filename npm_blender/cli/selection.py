@@ -1,0 +1,58 @@
+"""How many features, which level: argument types, and their meaning for one opened stream."""
+
+import argparse
+
+from ..core.errors import SettingsError
+
+FEATURES_HELP = "number of features to use, or 'all'"
+
+
+def features_type(text: str) -> int | None:
+    """'all' -> None, 'N' -> N for a whole number N >= 0; anything else is a usage error."""
+    if text == "all":
+        return None
+    if not (text.isascii() and text.isdigit()):
+        raise argparse.ArgumentTypeError(f"expected a whole number of features or 'all', found {text!r}")
+    return int(text)
+
+
+def features_list_type(text: str) -> list[int | None]:
+    """'0,40,all' -> [0, 40, None]."""
+    return [features_type(part.strip()) for part in text.split(",")]
+
+
+def count_type(text: str) -> int:
+    """A whole number >= 0; anything else is a usage error."""
+    if not (text.isascii() and text.isdigit()):
+        raise argparse.ArgumentTypeError(f"expected a whole number, found {text!r}")
+    return int(text)
+
+
+def number_of_features(stream, wanted: int | None, note) -> int:
+    """How many features `wanted` (None: all) comes to: never more than have arrived; `note(message)` says if fewer."""
+    if wanted is None:
+        return stream.features
+    if wanted > stream.features:
+        why = (
+            f"the file ends early, {stream.total_features} were written" if stream.truncated else "the file has no more"
+        )
+        note(f"{wanted} features were asked for, {stream.features} are used: {why}")
+    return min(wanted, stream.features)
+
+
+def features_within(stream, budget: int) -> int:
+    """The most features whose prefix of the file fits into `budget` bytes. Raises SettingsError below the base."""
+    if budget < stream.base_bytes:
+        raise SettingsError(
+            f"Expected --bytes of at least {stream.base_bytes} (the base mesh), found {budget}; raise it"
+        )
+    return stream.features_for(budget)
+
+
+def check_level(stream, level: int | None) -> int:
+    """The level to decode; None is the finest. Raises SettingsError above it."""
+    if level is None:
+        return stream.levels
+    if level > stream.levels:
+        raise SettingsError(f"Expected --level 0 to {stream.levels} (the file's finest), found {level}; lower it")
+    return level
