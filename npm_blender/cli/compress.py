@@ -86,13 +86,14 @@ def compress_file(source: Path, target: Path, settings: CompressSettings, progre
     `seconds` has read, clean, decimate, levels, encode, order, write, and whatever further stages the codec reports.
     Raises the NpmError family and OSError; then `target` is as it was.
     """
-    from ..core.codec import compress
     from ..core.meshfile import read_mesh
 
     progress(0.0, f"Reading {source.name}")
     start = time.perf_counter()
     mesh = read_mesh(source)
     seconds = {"read": time.perf_counter() - start}
+    from ..core.codec import compress  # after reading: a file that cannot be read is reported at once
+
     done = compress(mesh, settings, progress)
     start = time.perf_counter()
     write_atomic(target, done.data)

@@ -38,9 +38,9 @@ def run(args: argparse.Namespace) -> None:
     from ..core.meshfile import read_mesh, write_mesh
     from ..demo.blender import require_blender
 
-    require_blender()
     if args.mesh is not None:
         check_input(args.mesh)
+    require_blender()
     args.out.mkdir(parents=True, exist_ok=True)
     with ProgressLine() as progress:
         source = args.mesh if args.mesh is not None else _sculpt(args.out, progress)

@@ -43,6 +43,7 @@ def check_output(path: Path, source: Path, suffixes: tuple[str, ...]) -> Path:
 
 def open_stream_file(path: Path):
     """The `ProgressiveMesh` in an .npmesh file. Raises FileError, StreamError or WeightsError."""
-    from ..core.codec import open_stream
+    data = read_file(path)
+    from ..core.codec import open_stream  # after the cheap check: this import compiles and loads weights
 
-    return open_stream(read_file(path))
+    return open_stream(data)
