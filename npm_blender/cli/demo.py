@@ -57,10 +57,11 @@ def run(args: argparse.Namespace) -> None:
         row_at = {(row["features"], row["level"]): row for row in rows}
         meshes = {stop: stream.decode(*stop) for stop in row_at}
         written = [target]
-        for (features, level), mesh in meshes.items():
-            part = f"{features}_features" if level == top else f"level_{level}"
+        files = {f"features_{'all' if n == stream.features else n}": (n, level) for n, level in by_features}
+        files |= {f"level_{level}": (n, level) for n, level in by_level}
+        for part, stop in files.items():
             written.append(args.out / f"{name}_{part}.ply")
-            write_mesh(written[-1], mesh)
+            write_mesh(written[-1], meshes[stop])
         progress(0.0, "Rendering the contact sheet")
         written.append(args.out / f"{name}.png")
         up = args.up or ("y" if source.suffix.lower() in Y_UP else "z")
