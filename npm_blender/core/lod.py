@@ -3,6 +3,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .decimate import Decimation, decimate
+from .mesh import TriMesh
+from .progress import Progress, no_progress, part
+from .settings import LodSettings
+from .ssp import to_fine
+from .subdivide import hierarchy
+
 
 @dataclass(frozen=True)
 class LodSequence:
@@ -37,3 +44,62 @@ class BaseOrder:
     vertices: np.ndarray
     faces: np.ndarray
     F: np.ndarray
+
+
+def vertex_normals(mesh: TriMesh) -> np.ndarray:
+    """Area-weighted unit vertex normals (n, 3) float64; zero where the faces of a vertex cancel out."""
+    a, b, c = mesh.V[mesh.F].swapaxes(0, 1)
+    weighted = np.cross(b - a, c - a)
+    out = np.stack([np.bincount(mesh.F.reshape(-1), np.repeat(weighted[:, k], 3), len(mesh.V)) for k in range(3)], 1)
+    return out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
+
+
+def level_corners(levels: int) -> np.ndarray:
+    """Barycentric corners (4^levels, 3, 3) of the descendants of one face, in the order of `subdivide`."""
+    out = np.eye(3)[None]
+    for _ in range(levels):
+        a, b, c = out.swapaxes(0, 1)
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        children = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
+        out = np.stack([np.stack(t, 1) for t in children], 1).reshape(-1, 3, 3)
+    return out
+
+
+def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None) -> LodSequence:
+    """Map the vertices of the `levels` times subdivided base onto the input surface.
+
+    order renumbers the base first. Vertices and faces are numbered as in `subdivide.hierarchy`. Border vertices of the
+    subdivided base lie on the border of the input.
+    """
+    mesh, V0, F0 = decimation.mesh, decimation.V0, decimation.F0
+    old_face = np.arange(len(F0))
+    turn = np.zeros(len(F0), np.int64)
+    if order is not None:
+        V0, F0, old_face = V0[order.vertices], order.F, order.faces
+        turn = (order.vertices[F0[:, :1]] == decimation.F0[old_face]).argmax(1)
+    finest = hierarchy(F0, len(V0), levels)[-1]
+    corners = level_corners(levels)
+    ids = finest.F.reshape(-1)
+    owner = np.zeros(finest.n, np.int64)
+    owner[ids[::-1]] = np.arange(len(ids))[::-1]
+    slot = owner % (3 * len(corners))
+    base = owner // (3 * len(corners))
+    b = corners.reshape(-1, 3)[slot]
+    # corner k of the new face is corner turn + k of the old one
+    b = np.take_along_axis(b, (np.arange(3)[None] - turn[base][:, None]) % 3, 1)
+    face, b = to_fine(decimation, old_face[base], b)
+    at = mesh.F[face]
+    V = np.einsum("nk,nkd->nd", b, mesh.V[at])
+    N = np.einsum("nk,nkd->nd", b, vertex_normals(mesh)[at])
+    length = np.linalg.norm(N, axis=1, keepdims=True)
+    N = np.where(length > 1e-9, N / np.maximum(length, 1e-300), mesh.face_normals()[face])
+    return LodSequence(V0, F0, V, N, face, b, levels, decimation.message)
+
+
+def build_lod(mesh: TriMesh, settings: LodSettings, progress: Progress = no_progress) -> LodSequence:
+    """Decimate a manifold mesh in the unit frame and map the levels of the base onto it. Raises MeshError if not manifold."""
+    decimation = decimate(mesh, settings.base_faces, settings.variant, part(progress, 0.0, 0.9))
+    progress(0.9, "Mapping the levels")
+    out = levels(decimation, settings.levels)
+    progress(1.0, "Mapping the levels")
+    return out

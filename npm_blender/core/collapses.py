@@ -1,0 +1,206 @@
+"""The loop over the queue: pop an edge, test its collapse, flatten the patch, record, collapse, update the costs."""
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from .edgeheap import DEAD, REJECTED, put, take
+from .flatten import flatten
+from .halfedge import ANCHORED, EDGE, INNER, MAX_RING, collapse, following, gather, is_border, links_meet, preceding
+from .quadric import best_point
+
+DONE, MORE, EMPTY = 0, 1, 2
+_BUSY = 32  # rejected edges at vertices with more faces wait until the vertex itself changes
+_CHOICES = 100  # a variant chooses among about this many of the cheapest edges
+
+
+class Queue(NamedTuple):
+    """Edges by cost: heap and place (e,) int32 (see edgeheap), cost (e,) float64."""
+
+    heap: np.ndarray
+    place: np.ndarray
+    cost: np.ndarray
+
+
+class Scratch(NamedTuple):
+    """Work space of one collapse."""
+
+    ring: np.ndarray
+    face: np.ndarray
+    dead: np.ndarray
+    uv: np.ndarray
+    cots: np.ndarray
+    S: np.ndarray
+    B: np.ndarray
+    A: np.ndarray
+
+    @staticmethod
+    def make() -> "Scratch":
+        """Work space for patches of up to MAX_RING faces."""
+        n = MAX_RING + 8
+        return Scratch(np.zeros(n, np.int32), np.zeros(n, np.int32), np.zeros(3, np.int32), np.zeros(n, np.complex128),
+                       np.zeros((2 * n, 3)), np.zeros((n, 6), np.complex128), np.zeros((3, 4), np.complex128), np.zeros((6, 7)))
+
+
+@njit(cache=True)
+def _normal(ax, ay, az, bx, by, bz, cx, cy, cz):
+    """Area-weighted normal of a triangle, and the sum of its squared sides."""
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    vx, vy, vz = cx - ax, cy - ay, cz - az
+    wx, wy, wz = cx - bx, cy - by, cz - bz
+    sides = ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz
+    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx, sides
+
+
+@njit(cache=True)
+def shape_holds(X, ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
+    """Whether no ring face turns by more than the angle of `cosine`, and none gets worse than quality or the worst before."""
+    worst_before = worst_after = 1.0
+    for q in range(t):
+        a, b = ring[q], ring[q + 1 if q + 1 < r else 0]
+        o = j if s1 <= q < s2 else i
+        ax, ay, az, bx, by, bz = X[a, 0], X[a, 1], X[a, 2], X[b, 0], X[b, 1], X[b, 2]
+        n0, n1, n2, l0 = _normal(X[o, 0], X[o, 1], X[o, 2], ax, ay, az, bx, by, bz)
+        p0, p1, p2, l1 = _normal(x, y, z, ax, ay, az, bx, by, bz)
+        n, p = np.sqrt(n0 * n0 + n1 * n1 + n2 * n2), np.sqrt(p0 * p0 + p1 * p1 + p2 * p2)
+        if n0 * p0 + n1 * p1 + n2 * p2 < cosine * n * p:
+            return False
+        worst_before = min(worst_before, 3.4641 * n / max(l0, 1e-300))
+        worst_after = min(worst_after, 3.4641 * p / max(l1, 1e-300))
+    return worst_after >= min(quality, worst_before)
+
+
+@njit(cache=True)
+def _record(hist, counts, scratch, r, t, s1, s2, gone):
+    """Append the collapse in `scratch` to the history; gone: number of faces that vanish."""
+    c, e, at = counts[2], counts[3], counts[4]
+    hist.at[c], hist.ring[c], hist.sides[c], hist.s1[c], hist.s2[c] = at, r, t, s1, s2
+    for q in range(t + gone):
+        f = scratch.face[q] >> 2
+        before = hist.head[f]
+        hist.face[e + q] = scratch.face[q]
+        hist.collapse[e + q] = c
+        hist.previous[e + q] = before
+        hist.next[e + q] = -1
+        if before >= 0:
+            hist.next[before] = e + q
+        else:
+            hist.tail[f] = e + q
+        hist.head[f] = e + q
+    for q in range(r + 3):
+        hist.uv[at + q] = scratch.uv[q]
+    hist.first[c] = e
+    hist.first[c + 1] = e + t + gone
+    counts[2], counts[3], counts[4] = c + 1, e + t + gone, at + r + 3
+
+
+@njit(cache=True)
+def _update(m, Q, queue, ring, r, i, size):
+    """New costs round vertex i; rejected edges of the ring get another chance."""
+    h = first = m.out[i]
+    while True:
+        e = m.edge[h]
+        cost, _, _, _ = best_point(Q, m.X, i, m.corner[following(h)])
+        size = put(queue.heap, queue.place, queue.cost, e, cost, size)
+        p = preceding(h)
+        h = m.opposite[p]
+        if h == p:
+            cost, _, _, _ = best_point(Q, m.X, i, m.corner[p])
+            size = put(queue.heap, queue.place, queue.cost, m.edge[p], cost, size)
+            break
+        if h == first:
+            break
+    for q in range(r):
+        if m.valence[ring[q]] > _BUSY:
+            continue
+        h = first = m.out[ring[q]]
+        while True:
+            e = m.edge[h]
+            if queue.place[e] == REJECTED:
+                size = put(queue.heap, queue.place, queue.cost, e, queue.cost[e], size)
+            p = preceding(h)
+            h = m.opposite[p]
+            if h == p:
+                e = m.edge[p]
+                if queue.place[e] == REJECTED:
+                    size = put(queue.heap, queue.place, queue.cost, e, queue.cost[e], size)
+                break
+            if h == first:
+                break
+    return size
+
+
+@njit(cache=True)
+def _try(m, Q, e, hist, scratch, counts, only_border, cosine, quality, stretch, convex):
+    """Collapse edge e if all tests allow it; returns (faces removed or 0, ring size, surviving vertex)."""
+    h = m.start[e]
+    o = m.opposite[h]
+    i, j = m.corner[h], m.corner[following(h)]
+    if m.valence[i] + m.valence[j] > MAX_RING or (only_border and o != h):
+        return 0, 0, i
+    kind, common = INNER, 2
+    if o == h:
+        kind, common = EDGE, 1
+    else:
+        at_i, at_j = is_border(m, i), is_border(m, j)
+        if at_i and at_j:
+            return 0, 0, i
+        if at_i or at_j:
+            kind = ANCHORED
+        if at_j:
+            h, o, i, j = o, h, j, i
+    counts[5] += 1
+    if links_meet(m, i, j, counts[5]) != common:
+        return 0, 0, i
+    r, t, s1, s2 = gather(m, h, kind, scratch.ring, scratch.face)
+    if t == 0 or (kind == INNER and r < 3):
+        return 0, 0, i
+    _, x, y, z = best_point(Q, m.X, i, j)
+    if not shape_holds(m.X, scratch.ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
+        return 0, 0, i
+    if not flatten(m.X, scratch.ring, r, t, s1, s2, kind, i, j, x, y, z, stretch, convex, scratch.uv, scratch.cots,
+                   scratch.S, scratch.B, scratch.A):
+        return 0, 0, i
+    _record(hist, counts, scratch, r, t, s1, s2, 1 if kind == EDGE else 2)
+    removed = collapse(m, h, kind, x, y, z, scratch.face, t, s1, s2, scratch.dead)
+    for q in range(10):
+        Q[i, q] += Q[j, q]
+    return removed, r, i
+
+
+@njit(cache=True)
+def run(m, Q, queue, hist, scratch, counts, target, collapses, cosine, quality, stretch, convex):
+    """Up to `collapses` collapses; DONE at the target, EMPTY when no edge passes, MORE otherwise (also: history full).
+
+    counts: faces, queue size, collapses, entries, positions, stamp, random state (0: cheapest first), border edges only.
+    """
+    size = counts[1]
+    spare = MAX_RING + 8
+    done = 0
+    status = MORE
+    while True:
+        if counts[0] <= target:
+            status = DONE
+            break
+        if (done >= collapses or counts[2] + 1 >= len(hist.first)
+                or counts[3] + spare > len(hist.face) or counts[4] + spare > len(hist.uv)):
+            break
+        if size == 0:
+            status = EMPTY
+            break
+        at = 0
+        if counts[6] != 0:
+            counts[6] = (counts[6] * 6364136223846793005 + 1442695040888963407) | 1
+            at = ((counts[6] >> 33) & 0x3FFFFFFF) % max(min(_CHOICES, size // 8), 1)
+        e = queue.heap[at]
+        size = take(queue.heap, queue.place, queue.cost, e, REJECTED, size)
+        removed, r, i = _try(m, Q, e, hist, scratch, counts, counts[7] != 0, cosine, quality, stretch, convex)
+        if removed == 0:
+            continue
+        done += 1
+        counts[0] -= removed
+        for q in range(3):
+            size = take(queue.heap, queue.place, queue.cost, scratch.dead[q], DEAD, size)
+        size = _update(m, Q, queue, scratch.ring, r, i, size)
+    counts[1] = size
+    return status

@@ -1,0 +1,123 @@
+"""QEM edge collapse to a base mesh (Garland and Heckbert 1997), recording the successive self-parameterization.
+
+Every collapse keeps the topology (link condition), may not flip a face or ruin its shape, and must have a bijective
+flattening (see `flatten`); so the base has the Euler characteristic, components and border loops of the input, and the
+map between them is a bijection by construction. When no collapse passes the tests, they are relaxed in stages.
+"""
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from .collapses import DONE, EMPTY, Queue, Scratch, run
+from .edgeheap import OUT, REJECTED, heapify
+from .errors import MeshError
+from .halfedge import Half, connect
+from .history import History
+from .mesh import TriMesh
+from .progress import Progress, no_progress
+from .quadric import edge_costs, vertex_quadrics
+from .topology import opposite_halfedges
+
+SLICE = 2000  # collapses between two calls of `progress`
+
+
+class Stage(NamedTuple):
+    """Tests of a collapse: least cosine between a face's normal before and after, least face quality 4 sqrt(3) A / sum l^2
+    (or that of the patch before, if lower), largest distortion of the flattening, and whether the circle may be used."""
+
+    cosine: float
+    quality: float
+    stretch: float
+    convex: bool
+
+
+STAGES = (Stage(0.2, 0.05, 20.0, False), Stage(0.1, 0.01, 1000.0, True), Stage(-0.5, 0.0, np.inf, True))
+
+
+@dataclass(frozen=True)
+class Decimation:
+    """A base mesh and the map between it and the input mesh.
+
+    mesh: the input; V0 (n0, 3) float64 and F0 (m0, 3) int32: the base; vertices (n0,) and faces (m0,) int32: the input
+    vertex and face whose place each base vertex and face took (a base face f is reached in `history` as faces[f], with
+    the corners in the same order); history: the collapses; message: '' or one line on what could not be reached.
+    """
+
+    mesh: TriMesh
+    V0: np.ndarray
+    F0: np.ndarray
+    vertices: np.ndarray
+    faces: np.ndarray
+    history: History
+    message: str = ""
+
+
+def half_edges(mesh: TriMesh) -> Half:
+    """The half-edge form of a mesh. Raises MeshError if it is not an oriented edge- and vertex-manifold."""
+    opposite = opposite_halfedges(mesh.F)
+    corner = mesh.F.reshape(-1).copy()
+    edge, start, out, valence, pinched = connect(corner, opposite, len(mesh.V))
+    if pinched:
+        raise MeshError(f"Expected a manifold mesh, found {pinched} vertices where separate fans of faces meet; "
+                        "clean the mesh first (--clean auto)")
+    return Half(mesh.V.copy(), corner, opposite, edge, out, valence, start, np.zeros(len(mesh.V), np.int64))
+
+
+def _requeue(queue: Queue) -> int:
+    """Put the rejected edges back; returns the number of edges in the queue."""
+    again = np.flatnonzero((queue.place >= 0) | (queue.place == REJECTED)).astype(np.int32)
+    queue.heap[:len(again)] = again
+    heapify(queue.heap, queue.place, queue.cost, len(again))
+    return len(again)
+
+
+def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progress = no_progress) -> Decimation:
+    """Collapse the edges of an oriented manifold mesh, in the unit frame, down to base_faces faces.
+
+    variant 0 takes the cheapest edge; k > 0 a random one among about 100 cheapest, seeded by k. A closed mesh has an even
+    number of faces, so an odd target gives one face less. Deterministic. Raises MeshError if the mesh is not a manifold.
+    """
+    progress(0.0, "Decimating")
+    half = half_edges(mesh)
+    total, edges = len(mesh.F), len(half.start)
+    quadrics = vertex_quadrics(half.X, half.corner, half.opposite)
+    queue = Queue(np.arange(edges, dtype=np.int32), np.full(edges, OUT, np.int32), edge_costs(quadrics, half.X, half.corner, half.start))
+    heapify(queue.heap, queue.place, queue.cost, edges)
+    history = History.empty(total)
+    scratch = Scratch.make()
+    counts = np.array([total, edges, 0, 0, 0, 0, variant, 0], np.int64)
+    bordered = bool((half.opposite == np.arange(len(half.opposite))).any())
+    stage, reason = 0, EMPTY
+    while counts[0] > base_faces:
+        history = history.with_room(counts, SLICE)
+        counts[7] = int(bordered and counts[0] == base_faces + 1)
+        reason = run(half, quadrics, queue, history, scratch, counts, base_faces, SLICE, *STAGES[stage])
+        progress((total - counts[0]) / max(total - base_faces, 1), "Decimating")
+        if reason == DONE:
+            break
+        if reason == EMPTY:
+            if counts[7]:
+                bordered = False
+            elif stage + 1 < len(STAGES):
+                stage += 1
+            else:
+                break
+            counts[1] = _requeue(queue)
+    return _result(mesh, half, history.trimmed(counts), base_faces)
+
+
+def _result(mesh: TriMesh, half: Half, history: History, target: int) -> Decimation:
+    corner = half.corner.reshape(-1, 3)
+    faces = np.flatnonzero(corner[:, 0] >= 0).astype(np.int32)
+    vertices, F0 = np.unique(corner[faces], return_inverse=True)
+    found = len(faces)
+    message = ""
+    if found > target:
+        message = f"Reached {found} of {target} base faces: no further collapse keeps the topology"
+        if len(mesh.F) <= target:
+            message = f"Reached {found} of {target} base faces: the mesh has no more"
+    elif found < target:
+        message = f"Reached {found} of {target} base faces: "
+        message += "the mesh has no more" if len(mesh.F) == found else "a closed mesh has an even number"
+    return Decimation(mesh, half.X[vertices], F0.reshape(-1, 3).astype(np.int32), vertices.astype(np.int32), faces, history, message)

@@ -1,0 +1,95 @@
+"""The map between the base mesh and the input, composed of the flattenings of all collapses (Liu et al. 2020).
+
+A point is a face and barycentric coordinates. From coarse to fine, the collapses that touched the point's face are
+undone, last one first; from fine to coarse they are repeated in order. Each step finds the point's place in the plane
+and the face of the other side that holds it.
+"""
+import numpy as np
+from numba import njit
+
+from .decimate import Decimation
+from .flatten import twice_area
+
+_SNAP = 1e-12  # barycentric coordinates below this are zero, so that borders and edges stay exact
+
+
+@njit(cache=True)
+def _triangle(hist, c, q, before):
+    """Indices into uv of the corners (owner, next, next) of entry number q of collapse c, before or after it."""
+    at, r, t, s1, s2 = hist.at[c], hist.ring[c], hist.sides[c], hist.s1[c], hist.s2[c]
+    i = at + r
+    if q < t:
+        owner = i + 2
+        if before:
+            owner = i + 1 if s1 <= q < s2 else i
+        return owner, at + q, at + (q + 1 if q + 1 < r else 0)
+    if q == t:
+        return i, i + 1, at + (s2 if s2 < r else 0)
+    return i + 1, i, at + s1
+
+
+@njit(cache=True)
+def _step(hist, entry, b, to_before):
+    """Move barycentrics b (3,) of the entry's face to the other side of its collapse; returns the entry of the new face."""
+    c = hist.collapse[entry]
+    first = hist.first[c]
+    k = hist.face[entry] & 3
+    a0, a1, a2 = _triangle(hist, c, entry - first, not to_before)
+    p = b[k] * hist.uv[a0] + b[(k + 1) % 3] * hist.uv[a1] + b[(k + 2) % 3] * hist.uv[a2]
+    count = hist.first[c + 1] - first if to_before else np.int64(hist.sides[c])
+    best, at, w0, w1, w2 = -np.inf, 0, 1.0, 0.0, 0.0
+    for q in range(count):
+        a0, a1, a2 = _triangle(hist, c, q, to_before)
+        u, v, w = hist.uv[a0], hist.uv[a1], hist.uv[a2]
+        x, y, z = twice_area(p, v, w), twice_area(p, w, u), twice_area(p, u, v)
+        total = x + y + z
+        least = min(x, y, z) / total
+        if least > best:
+            best, at, w0, w1, w2 = least, q, x / total, y / total, z / total
+            if best >= 0.0:
+                break
+    w0, w1, w2 = max(w0, 0.0), max(w1, 0.0), max(w2, 0.0)
+    total = w0 + w1 + w2
+    entry = first + at
+    k = hist.face[entry] & 3
+    b[k], b[(k + 1) % 3], b[(k + 2) % 3] = w0 / total, w1 / total, w2 / total
+    for s in range(3):
+        if b[s] < _SNAP:
+            b[s] = 0.0
+    return entry
+
+
+@njit(cache=True)
+def _descend(hist, face, b):
+    for p in range(len(face)):
+        e = hist.head[face[p]]
+        while e >= 0:
+            e = _step(hist, e, b[p], True)
+            face[p] = hist.face[e] >> 2
+            e = hist.previous[e]
+
+
+@njit(cache=True)
+def _ascend(hist, face, b):
+    for p in range(len(face)):
+        e = hist.tail[face[p]]
+        while e >= 0:
+            e = _step(hist, e, b[p], False)
+            face[p] = hist.face[e] >> 2
+            e = hist.next[e]
+
+
+def to_fine(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points of the base, face (k,) and barycentric (k, 3) in 0..1, as points of the input mesh's faces."""
+    at = decimation.faces[np.asarray(face)]
+    b = np.array(barycentric, dtype=np.float64, order="C")
+    _descend(decimation.history, at, b)
+    return at, b
+
+
+def to_coarse(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points of the input mesh, face (k,) and barycentric (k, 3), as points of the base faces: the inverse of to_fine."""
+    at = np.array(face, dtype=np.int32)
+    b = np.array(barycentric, dtype=np.float64, order="C")
+    _ascend(decimation.history, at, b)
+    return np.searchsorted(decimation.faces, at).astype(np.int32), b
