@@ -17,6 +17,10 @@ from .dependencies import open_stream
 STREAM = "npmesh_stream"  # custom property of an object: the packed bytes
 STAMP = "npmesh_shown"  # custom property of a level's mesh: stream and number of features that it holds
 KEPT_DECODERS = 8
+# What places an object; copied one by one, as a matrix would change the numbers that the user typed
+TRANSFORM = ("parent", "parent_type", "parent_bone", "matrix_parent_inverse", "rotation_mode", "location",
+             "rotation_euler", "rotation_quaternion", "rotation_axis_angle", "scale", "delta_location",
+             "delta_rotation_euler", "delta_rotation_quaternion", "delta_scale")
 # An update that takes longer than a frame or two waits for the timer, so that a dragged slider stays under the mouse.
 FAST_SECONDS, TIMER_SECONDS = 0.03, 0.03
 # Detail d uses the share d ** DETAIL_POWER of all features: the first hundred change more than the next thousand.
@@ -30,6 +34,16 @@ _waiting: set[int] = set()  # session_uid of objects that the timer will update
 def find(source: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> bpy.types.Object | None:
     """The preview of `source` in this view layer, if it has one."""
     return next((o for o in view_layer.objects if o.npmesh.is_preview and o.npmesh.source == source), None)
+
+
+def pack(obj: bpy.types.Object, data: bytes) -> None:
+    """Keep a stream on an object.
+
+    A property that exists is removed first: assigned over another, bytes end at their first zero (Blender 4.5, 5.2).
+    """
+    if STREAM in obj:
+        del obj[STREAM]
+    obj[STREAM] = data
 
 
 def decoder_of(obj: bpy.types.Object):
@@ -56,7 +70,7 @@ def set_stream(obj: bpy.types.Object, data: bytes) -> None:
     state = obj.npmesh
     old = _level_meshes(obj)
     _decoders[digest] = decoder
-    obj[STREAM] = data
+    pack(obj, data)
     state.is_preview = False  # no updates before all is set
     state.digest, state.level_count = digest, decoder.levels
     state.total_features, state.arrived_features = decoder.total_features, decoder.features
@@ -93,10 +107,10 @@ def make(context: bpy.types.Context, data: bytes, name: str, source: bpy.types.O
     for other in context.selected_objects:
         other.select_set(False)
     if source is not None:
-        obj.parent, obj.parent_type, obj.parent_bone = source.parent, source.parent_type, source.parent_bone
-        obj.rotation_mode = source.rotation_mode
-        obj.matrix_parent_inverse = source.matrix_parent_inverse
-        obj.matrix_basis = source.matrix_basis
+        for name in TRANSFORM:
+            setattr(obj, name, getattr(source, name))
+        if source.constraints:
+            obj.matrix_world = source.matrix_world
         obj.npmesh.source = source
         obj.npmesh.report = source.npmesh.report
         source.hide_set(True)

@@ -11,7 +11,7 @@ from .target import chosen_settings, fingerprint, poll_mesh, source_of
 
 def store(obj: bpy.types.Object, result: jobs.Result, made_from: str) -> None:
     """Keep a compressed stream and its report on `obj`."""
-    obj[preview.STREAM] = result.data
+    preview.pack(obj, result.data)
     obj.npmesh.fingerprint = made_from
     lines = [result.report["cleaning"], *result.report["messages"]]
     obj.npmesh.report = "\n".join(line for line in lines if line)

@@ -39,7 +39,11 @@ class VIEW3D_PT_npmesh_preview(_Sidebar, bpy.types.Panel):
             levels.prop_enum(state, "level", str(level))
         column = body.column(align=True)
         column.prop(state, "detail", slider=True)
-        column.prop(state, "features")
+        row = column.row(align=True)
+        row.prop(state, "features")
+        total = row.row(align=True)
+        total.alignment = "RIGHT"
+        total.label(text=f"of {state.total_features:,}")
         _facts(layout, state)
         if state.arrived_features < state.total_features:
             _lines(layout, f"Cut off: {state.arrived_features:,} of {state.total_features:,} features arrived", "INFO",

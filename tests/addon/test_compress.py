@@ -1,0 +1,231 @@
+"""Compress: from a selected object to a preview in its place, through the worker process; and every way to refuse."""
+import os
+import shutil
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+
+from .conftest import add_object, positions, refusal
+
+SMALL = {"base_faces": 80, "levels": 2}
+
+
+@pytest.fixture(autouse=True)
+def no_refinement(part, monkeypatch):
+    """The tests' meshes are compressed without gradient steps, which take long and are the codec's to test."""
+    import dataclasses
+
+    for module in ("compress", "export_stream"):
+        target = part(f"operators.{module}")
+        chosen = target.chosen_settings
+        monkeypatch.setattr(target, "chosen_settings",
+                            lambda op, obj, chosen=chosen: dataclasses.replace(chosen(op, obj), refine_steps=0))
+
+
+def leftovers() -> list[str]:
+    """Folders of jobs that have not been removed."""
+    return [name for name in os.listdir(bpy.app.tempdir) if name.startswith("npmesh_")]
+
+
+def test_a_preview_takes_the_place_of_the_original():
+    obj = add_object()
+    obj.location, obj.rotation_euler, obj.scale = (1, 2, 3), (0.3, 0.2, 0.1), (2, 2, -2)
+    bpy.context.view_layer.update()
+    obj.data.materials.append(bpy.data.materials.new("Clay"))
+    before = positions(obj)
+    assert bpy.ops.object.npmesh_compress(**SMALL) == {"FINISHED"}
+    shown = bpy.context.active_object
+    assert shown.npmesh.is_preview and shown.npmesh.source == obj and obj.hide_get() and not shown.hide_get()
+    bpy.context.view_layer.update()
+    assert shown.matrix_world == obj.matrix_world
+    assert [m.name for m in shown.data.materials] == ["Clay"]
+    assert np.array_equal(positions(obj), before)
+    assert len(shown.data.polygons) == 80 * 16
+    assert np.abs(positions(shown).min(0) - before.min(0)).max() < 0.25
+    assert shown.npmesh.source_faces == 5120 and shown.npmesh.source_bytes == 12 * 2562 + 13 * 5120
+    assert shown.npmesh.shown_bytes == len(shown["npmesh_stream"]) == len(obj["npmesh_stream"])
+    assert not leftovers()
+
+
+def test_the_settings_stay_with_the_object():
+    obj = add_object()
+    obj.npmesh.base_faces = 100
+    bpy.ops.object.npmesh_compress(levels=1)
+    assert (obj.npmesh.base_faces, obj.npmesh.levels) == (100, 1)
+    assert len(bpy.context.active_object.data.polygons) == 400
+
+
+def test_modifiers_are_applied():
+    obj = add_object(subdivisions=4)
+    obj.modifiers.new("Finer", "SUBSURF").levels = 1
+    obj.modifiers.new("Shift", "DISPLACE").strength = 5
+    bpy.ops.object.npmesh_compress(**SMALL)
+    shown = bpy.context.active_object
+    assert shown.npmesh.source_faces == 2 * 3 * 1280 and np.abs(positions(shown)).max() > 3
+
+
+def test_compressing_again_updates_the_same_preview():
+    add_object()
+    bpy.ops.object.npmesh_compress(**SMALL)
+    shown = bpy.context.active_object
+    bpy.ops.object.npmesh_compress(base_faces=100)
+    assert bpy.context.active_object == shown and shown.npmesh.shown_faces == 1600
+    assert len(bpy.data.objects) == 2 and len(bpy.data.meshes) == 2
+
+
+def test_compressing_without_a_preview_and_previewing_later():
+    obj = add_object()
+    bpy.ops.object.npmesh_compress(make_preview=False, **SMALL)
+    assert bpy.context.active_object == obj and not obj.hide_get() and len(bpy.data.objects) == 1
+    bpy.ops.object.npmesh_preview()
+    shown = bpy.context.active_object
+    assert shown.npmesh.source == obj and obj.hide_get()
+    bpy.ops.object.npmesh_discard()
+    assert bpy.context.active_object == obj and not obj.hide_get() and obj.select_get()
+
+
+def test_show_original_swaps_the_two():
+    obj = add_object()
+    bpy.ops.object.npmesh_compress(**SMALL)
+    shown = bpy.context.active_object
+    shown.npmesh.show_original = True
+    assert (obj.hide_get(), shown.hide_get(), shown.npmesh.show_original) == (False, True, True)
+    shown.npmesh.show_original = False
+    assert (obj.hide_get(), shown.hide_get(), shown.npmesh.show_original) == (True, False, False)
+
+
+def test_no_object_selected():
+    assert "Expected a mesh object, found none selected" in refusal(bpy.ops.object.npmesh_compress)
+    add_object().select_set(False)
+    assert "Expected a mesh object, found none selected" in refusal(bpy.ops.object.npmesh_compress)
+
+
+def test_an_object_that_is_no_mesh():
+    bpy.ops.object.light_add()
+    assert "of another type; convert it to a mesh" in refusal(bpy.ops.object.npmesh_compress)
+
+
+def test_an_object_in_edit_mode():
+    add_object()
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert "in Object Mode, found it in another" in refusal(bpy.ops.object.npmesh_compress)
+
+
+def test_an_empty_mesh():
+    add_object().data.clear_geometry()
+    assert "Expected a mesh with vertices, found none" in refusal(bpy.ops.object.npmesh_compress)
+
+
+def test_a_mesh_without_faces():
+    obj = add_object()
+    obj.data.clear_geometry()
+    obj.data.vertices.add(3)
+    assert "Expected a mesh with faces, found none" in refusal(bpy.ops.object.npmesh_compress)
+
+
+def test_coordinates_that_are_not_finite():
+    add_object().data.vertices[3].co.x = float("nan")
+    assert "Expected finite coordinates, found 1" in refusal(bpy.ops.object.npmesh_compress)
+
+
+def test_an_opened_file_has_no_original(opened):
+    assert "which is opened from a file" in refusal(bpy.ops.object.npmesh_compress)
+
+
+def test_previewing_what_is_not_compressed():
+    add_object()
+    assert "compress it first" in refusal(bpy.ops.object.npmesh_preview)
+
+
+def test_missing_numba(tmp_path, monkeypatch):
+    import sys
+
+    blocked = tmp_path / "site-packages"
+    blocked.mkdir()
+    (blocked / "numba.py").write_text("raise ModuleNotFoundError('No module named numba', name='numba')")
+    monkeypatch.syspath_prepend(str(blocked))
+    assert sys.path[0] == str(blocked)
+    add_object()
+    message = refusal(bpy.ops.object.npmesh_compress, **SMALL)
+    assert "Expected the Python package numba, found none; reinstall the extension" in message
+    assert len(bpy.data.objects) == 1 and not leftovers()
+
+
+def test_missing_weights(part, tmp_path, monkeypatch):
+    package = tmp_path / "npm_blender"
+    shutil.copytree(part("jobs").PACKAGE_FOLDER, package, ignore=shutil.ignore_patterns("__pycache__", "weights"))
+    monkeypatch.setattr(part("jobs"), "PACKAGE_FOLDER", package)
+    add_object()
+    assert "Expected trained weights" in refusal(bpy.ops.object.npmesh_compress, **SMALL)
+    assert not leftovers()
+
+
+def start_job(part, obj):
+    mesh = part("bridge").mesh_of(obj, bpy.context.evaluated_depsgraph_get())
+    settings = part("core.settings").CompressSettings(refine_steps=0)
+    return part("jobs").Job(mesh, settings, scratch=bpy.app.tempdir)
+
+
+def alive(pid: int) -> bool:
+    """Whether a process runs; a zombie does not."""
+    stat = Path(f"/proc/{pid}/stat")
+    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+def test_cancelling_is_quick_and_leaves_nothing(part):
+    job = start_job(part, add_object(subdivisions=7))
+    time.sleep(0.5)
+    start = time.perf_counter()
+    job.cancel()
+    assert time.perf_counter() - start < 0.5
+    assert not leftovers() and part("jobs").running() == ()
+
+
+def test_progress_raises_to_cancel(part):
+    errors = part("core.errors")
+
+    def progress(fraction, message):
+        raise errors.Cancelled("Cancelled")
+
+    with pytest.raises(errors.Cancelled):
+        start_job(part, add_object(subdivisions=6)).wait(progress)
+    assert not leftovers() and part("jobs").running() == ()
+
+
+def test_progress_never_goes_back(part):
+    seen = []
+    result = start_job(part, add_object()).wait(lambda fraction, message: seen.append(fraction))
+    assert seen == sorted(seen) and 0 <= seen[0] <= seen[-1] <= 1 and len(result.data) == result.report["bytes"]
+
+
+def test_a_crash_of_the_worker_is_no_silence(part):
+    job = start_job(part, add_object(subdivisions=6))
+    job._process.kill()
+    with pytest.raises(part("jobs").WorkerCrash, match="ended early"):
+        job.wait()
+    assert not leftovers()
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="looks at processes in /proc")
+def test_the_worker_ends_with_its_parent(part):
+    job = start_job(part, add_object(subdivisions=7))
+    job._process.stdin.close()  # what the system does for a parent that dies
+    deadline = time.monotonic() + 20
+    while alive(job._process.pid) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not alive(job._process.pid) and not leftovers()
+    job.cancel()
+
+
+def test_the_worker_never_loads_bpy(part, tmp_path):
+    import subprocess
+    import sys
+
+    jobs = part("jobs")
+    name = jobs.PACKAGE_FOLDER.name
+    code = f"import {name}.worker, sys; sys.exit('bpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-P", "-c", code], env=jobs._environment(tmp_path, None), cwd=tmp_path)
+    assert done.returncode == 0

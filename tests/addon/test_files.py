@@ -1,0 +1,115 @@
+"""Import and export: what is written opens again, a cut file opens to what arrived, a bad one says why."""
+import bpy
+import numpy as np
+import pytest
+
+from .conftest import add_object, positions, refusal
+from .test_compress import SMALL, no_refinement  # noqa: F401 - a fixture
+
+
+def test_export_and_import_give_the_same_mesh(tmp_path):
+    add_object()
+    bpy.ops.object.npmesh_compress(**SMALL)
+    shown, path = bpy.context.active_object, tmp_path / "out.npmesh"
+    bpy.ops.export_scene.npmesh(filepath=str(path))
+    assert path.read_bytes() == shown["npmesh_stream"]
+    bpy.ops.import_scene.npmesh(filepath=str(path))
+    opened = bpy.context.active_object
+    assert opened != shown and opened.name == "out" and np.array_equal(positions(opened), positions(shown))
+
+
+def test_exporting_an_object_compresses_it_once(part, tmp_path, monkeypatch):
+    obj = add_object()
+    bpy.ops.export_scene.npmesh(filepath=str(tmp_path / "a.npmesh"), **SMALL)
+    monkeypatch.setattr(part("jobs"), "Job", None)  # a second job would fail
+    bpy.ops.export_scene.npmesh(filepath=str(tmp_path / "b.npmesh"), **SMALL)
+    assert (tmp_path / "a.npmesh").read_bytes() == (tmp_path / "b.npmesh").read_bytes()
+    assert bpy.context.active_object == obj and len(bpy.data.objects) == 1
+
+
+def test_exporting_a_changed_object_compresses_it_again(tmp_path):
+    obj = add_object()
+    bpy.ops.export_scene.npmesh(filepath=str(tmp_path / "a.npmesh"), **SMALL)
+    obj.data.vertices[0].co *= 1.5
+    bpy.ops.export_scene.npmesh(filepath=str(tmp_path / "b.npmesh"), **SMALL)
+    assert (tmp_path / "a.npmesh").read_bytes() != (tmp_path / "b.npmesh").read_bytes()
+
+
+def test_exporting_only_the_shown_features(opened, stream, tmp_path):
+    opened.npmesh.features = 20
+    path = tmp_path / "part.npmesh"
+    bpy.ops.export_scene.npmesh(filepath=str(path), only_shown=True)
+    data = path.read_bytes()
+    assert len(data) == opened.npmesh.shown_bytes < len(stream) and stream.startswith(data)
+    bpy.ops.import_scene.npmesh(filepath=str(path))
+    again = bpy.context.active_object
+    assert again.npmesh.arrived_features >= 20 > 0 and again.npmesh.total_features == opened.npmesh.total_features
+    again.npmesh.features = 20
+    assert np.array_equal(positions(again), positions(opened))
+
+
+def test_only_shown_features_needs_a_preview(tmp_path):
+    add_object()
+    message = refusal(bpy.ops.export_scene.npmesh, filepath=str(tmp_path / "a.npmesh"), only_shown=True)
+    assert "Expected a preview for Only Shown Features" in message
+
+
+def test_several_files_at_once(stream, tmp_path):
+    for name in ("a", "b", "c"):
+        (tmp_path / f"{name}.npmesh").write_bytes(stream)
+    files = [{"name": f"{name}.npmesh"} for name in "abc"]
+    bpy.ops.import_scene.npmesh(directory=str(tmp_path), files=files)
+    assert sorted(o.name for o in bpy.context.selected_objects) == ["a", "b", "c"]
+
+
+def test_a_file_that_was_cut_off_opens_to_what_arrived(part, stream, tmp_path):
+    base = part("core.codec").open_stream(stream).base_bytes
+    path = tmp_path / "cut.npmesh"
+    path.write_bytes(stream[:(base + len(stream)) // 2])
+    assert bpy.ops.import_scene.npmesh(filepath=str(path)) == {"FINISHED"}
+    state = bpy.context.active_object.npmesh
+    assert 0 < state.arrived_features < state.total_features
+    state.features = state.total_features
+    assert state.features == state.arrived_features
+
+
+BAD_FILES = {
+    "empty": lambda data: b"",
+    "foreign": lambda data: b"ply\nformat binary_little_endian 1.0\nend_header\n" * 40,
+    "ends before the base": lambda data: data[:60],
+    "corrupted": lambda data: data[:50] + bytes(255 - b for b in data[50:70]) + data[70:],
+}
+
+
+@pytest.mark.parametrize("damage", BAD_FILES.values(), ids=BAD_FILES.keys())
+def test_a_bad_file_gives_one_line_and_leaves_nothing(stream, tmp_path, damage):
+    path = tmp_path / "bad.npmesh"
+    path.write_bytes(damage(stream))
+    message = refusal(bpy.ops.import_scene.npmesh, filepath=str(path))
+    assert "'bad.npmesh': Expected" in message and "Traceback" not in message
+    assert not bpy.data.objects and not bpy.data.meshes
+
+
+def test_a_missing_file(tmp_path):
+    assert "found nothing at" in refusal(bpy.ops.import_scene.npmesh, filepath=str(tmp_path / "no.npmesh"))
+
+
+def test_one_bad_file_among_good_ones_does_not_stop_them(stream, tmp_path):
+    (tmp_path / "good.npmesh").write_bytes(stream)
+    (tmp_path / "bad.npmesh").write_bytes(b"no")
+    files = [{"name": "bad.npmesh"}, {"name": "good.npmesh"}]
+    assert "'bad.npmesh': Expected" in refusal(bpy.ops.import_scene.npmesh, directory=str(tmp_path), files=files)
+    assert [o.name for o in bpy.data.objects] == ["good"]
+
+
+def test_a_wrong_suffix_and_a_missing_folder(opened, tmp_path):
+    message = refusal(bpy.ops.export_scene.npmesh, filepath=str(tmp_path / "a.ply"), check_existing=False)
+    assert "ends in .npmesh, found 'a.ply'" in message
+    message = refusal(bpy.ops.export_scene.npmesh, filepath=str(tmp_path / "no" / "a.npmesh"))
+    assert "Expected an existing folder" in message
+    assert list(tmp_path.glob("a.*")) == []
+
+
+def test_dropped_files_have_a_handler():
+    handler = bpy.types.IO_FH_npmesh
+    assert handler.bl_file_extensions == ".npmesh" and handler.bl_import_operator == "import_scene.npmesh"

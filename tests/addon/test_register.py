@@ -1,0 +1,89 @@
+"""Enabling and disabling: everything comes, everything goes, nothing heavy is loaded."""
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import addon_utils
+import bpy
+
+from .source_addon import ROOT, enable
+
+OPERATORS = ("object.npmesh_compress", "object.npmesh_preview", "object.npmesh_apply", "object.npmesh_discard",
+             "object.npmesh_cancel", "export_scene.npmesh", "import_scene.npmesh")
+
+
+def registered(name: str) -> bool:
+    group, _, operator = name.partition(".")
+    return operator in dir(getattr(bpy.ops, group))
+
+
+def test_disabling_takes_everything_away_and_enabling_brings_it_back(package, opened):
+    handlers = len(bpy.app.handlers.undo_post)
+    features = opened.npmesh.features
+    addon_utils.disable(package)
+    try:
+        assert not any(registered(name) for name in OPERATORS)
+        assert not hasattr(bpy.types.Object, "npmesh") and not hasattr(bpy.types, "IO_FH_npmesh")
+        assert len(bpy.app.handlers.undo_post) == handlers - 1
+    finally:
+        addon_utils.enable(package, default_set=True)
+    assert all(registered(name) for name in OPERATORS)
+    assert opened.npmesh.is_preview and opened.npmesh.features == features
+    opened.npmesh.features = 3
+    assert opened.data["npmesh_shown"].endswith(":3")
+
+
+def test_disabling_ends_a_running_job(package, part):
+    from .conftest import add_object
+    from .test_compress import leftovers, start_job
+
+    job = start_job(part, add_object(subdivisions=6))
+    addon_utils.disable(package)
+    try:
+        assert job._process.poll() is not None and not leftovers()
+    finally:
+        addon_utils.enable(package, default_set=True)
+
+
+def test_registering_loads_neither_numba_nor_torch():
+    code = ("import sys, bpy; sys.path.insert(0, sys.argv[-1]); import npm_blender; npm_blender.register(); "
+            "npm_blender.unregister(); print(sorted({'numba', 'torch', 'fcpw', 'trimesh'} & set(sys.modules)))")
+    if bpy.app.binary_path:
+        command = [bpy.app.binary_path, "-b", "--factory-startup", "--python-expr", code, "--", str(ROOT)]
+    else:
+        command = [sys.executable, "-c", code, str(ROOT)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert "[]" in done.stdout.splitlines()
+
+
+def test_importing_the_package_needs_no_bpy():
+    code = ("import sys; sys.path.insert(0, sys.argv[-1]); import npm_blender, npm_blender.worker; "
+            "sys.exit('bpy' in sys.modules)")
+    assert subprocess.run([sys.executable, "-c", code, str(ROOT)]).returncode == 0
+
+
+def test_the_manifest_names_what_blender_requires():
+    manifest = tomllib.loads(Path(ROOT, "npm_blender", "blender_manifest.toml").read_text())
+    assert manifest["id"] == "npm_blender" and manifest["license"] == ["SPDX:GPL-3.0-or-later"]
+    assert len(manifest["tagline"]) <= 64 and manifest["tagline"][-1].isalnum()
+    assert all(len(reason) <= 64 and reason[-1].isalnum() for reason in manifest["permissions"].values())
+
+
+def test_every_property_has_a_tooltip_in_blenders_style():
+    for cls in (bpy.types.Object.bl_rna.properties["npmesh"].fixed_type, bpy.ops.object.npmesh_compress.get_rna_type(),
+                bpy.ops.export_scene.npmesh.get_rna_type()):
+        for prop in cls.properties:
+            if prop.identifier in ("rna_type", "name", "is_preview", "meshes") or prop.is_hidden:
+                continue
+            assert prop.description and not prop.description.endswith("."), prop.identifier
+
+
+def test_the_command_is_registered_and_answers(package, part, capsys):
+    assert part("registration").run_command(["--help"]) == 0
+    assert "npmesh" in capsys.readouterr().out
+
+
+def test_enabling_twice_is_harmless(package):
+    assert addon_utils.enable(package, default_set=True) is not None
+    assert enable.__module__.endswith("source_addon")
