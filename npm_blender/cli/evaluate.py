@@ -45,11 +45,11 @@ def run(args: argparse.Namespace) -> None:
         progress(0.0, f"Reading {args.original.name}")
         original = read_mesh(args.original)
         stops = [(number_of_features(stream, wanted, progress.note), level) for wanted in args.features]
-        rows = measure(stream, original, stops, progress)
+        rows = measure(stream, original, stops, progress, SAMPLES)
     print_json(rows) if args.json else print(as_text(rows))
 
 
-def measure(stream, original, stops: list[tuple[int, int]], progress, samples: int = SAMPLES) -> list[dict]:
+def measure(stream, original, stops: list[tuple[int, int]], progress, samples: int) -> list[dict]:
     """One dict with the keys COLUMNS for each (features, level) of `stops`.
 
     original: TriMesh; samples: points per direction. Raises MeshError if the original has no area.
@@ -58,7 +58,6 @@ def measure(stream, original, stops: list[tuple[int, int]], progress, samples: i
 
     progress(0.0, "Preparing the original")
     reference = Original(original, samples)
-    base_vertices = len(stream.decode_positions(0, 0))
     rows = []
     for k, (features, level) in enumerate(stops):
         progress(k / len(stops), f"Measuring {features} features at level {level}")
@@ -68,7 +67,7 @@ def measure(stream, original, stops: list[tuple[int, int]], progress, samples: i
                 "features": features,
                 "level": level,
                 "bytes": stream.bytes_for(features),
-                "cr": compression_ratio(len(original.V), base_vertices, features),
+                "cr": compression_ratio(len(original.V), stream.base_vertices, features),
                 "d_pm": float(error.d_pm),
                 "d_normal": float(error.d_normal),
                 "d_reverse": float(error.d_reverse),

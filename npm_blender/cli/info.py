@@ -41,7 +41,8 @@ def describe(stream) -> dict:
         "total_features": stream.total_features,
         "truncated": stream.truncated,
         "position_bits": stream.position_bits,
-        "model": stream.model_id,
+        "corrupt": stream.corrupt,
+        "model_id": stream.model_id,
     }
 
 
@@ -52,7 +53,7 @@ def as_text(path: Path, summary: dict) -> str:
         arrived += f" of {summary['total_features']:,} (the file ends early)"
     return "\n".join(
         [
-            f"{path}: {summary['bytes']:,} bytes, model {summary['model']}, "
+            f"{path}: {summary['bytes']:,} bytes, model {summary['model_id']}, "
             f"{summary['position_bits']} bits per base coordinate",
             f"source: {summary['faces']:,} faces, {summary['vertices']:,} vertices",
             f"faces of levels 0 to {summary['levels']}: {', '.join(f'{n:,}' for n in summary['faces_per_level'])}",
