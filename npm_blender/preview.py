@@ -104,6 +104,9 @@ def make(context: bpy.types.Context, data: bytes, name: str, source: bpy.types.O
         _remove_unused([mesh])
     for collection in (source.users_collection if source else ()) or (context.collection,):
         collection.objects.link(obj)
+    space = context.space_data
+    if space is not None and space.type == "VIEW_3D" and space.local_view:
+        obj.local_view_set(space, True)
     for other in context.selected_objects:
         other.select_set(False)
     if source is not None:

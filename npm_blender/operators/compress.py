@@ -37,7 +37,7 @@ class OBJECT_OT_npmesh_compress(CompressionProperties, JobOperator, bpy.types.Op
 
     def execute(self, context):
         try:
-            source = source_of(context.active_object)
+            source = source_of(context.active_object, context.view_layer)
             settings = chosen_settings(self, source)
             mesh = bridge.mesh_of(source, context.evaluated_depsgraph_get())
             self._fingerprint = fingerprint(mesh, settings)

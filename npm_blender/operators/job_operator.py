@@ -16,6 +16,9 @@ class JobOperator:
     script or in the background it blocks until the job has ended.
     """
 
+    _job: jobs.Job | None = None
+    _text: str | None = None
+
     def finish(self, context: bpy.types.Context, obj: bpy.types.Object, result: jobs.Result) -> None:
         """What to do with the result for `obj`. May raise NpmError or OSError."""
         raise NotImplementedError
@@ -56,9 +59,10 @@ class JobOperator:
         return self._deliver(context, obj, job.result)
 
     def cancel(self, context: bpy.types.Context) -> None:
-        """Called by Blender when it ends the operator: another file is loaded, the window closes, Blender quits."""
-        self._job.cancel()
-        self._clean_up(context)
+        """Called by Blender when it ends the operator: another file is loaded, the file browser or window closes."""
+        if self._job is not None:
+            self._job.cancel()
+            self._clean_up(context)
 
     def _deliver(self, context: bpy.types.Context, obj: bpy.types.Object, result_of) -> set:
         try:
@@ -70,21 +74,23 @@ class JobOperator:
 
     def _show(self, context: bpy.types.Context) -> None:
         text = f"Compressing '{self._name}': {self._job.message} ({100 * self._job.fraction:.0f}%)      Esc: Cancel"
-        context.workspace.status_text_set(text)
-        redraw(context)
+        if text != self._text:
+            self._say(context, text)
 
     def _clean_up(self, context: bpy.types.Context) -> None:
         context.window_manager.event_timer_remove(self._timer)
-        context.workspace.status_text_set(None)
-        redraw(context)
+        self._say(context, None)
 
-
-def redraw(context: bpy.types.Context) -> None:
-    """Draw the sidebars again, in every window."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                area.tag_redraw()
+    def _say(self, context: bpy.types.Context, text: str | None) -> None:
+        """Set the status bar and draw the sidebars again; not the viewports, which may take long."""
+        self._text = text
+        if context.workspace is not None:
+            context.workspace.status_text_set(text)
+        for window in context.window_manager.windows:
+            for area in window.screen.areas:
+                for region in area.regions:
+                    if area.type == "VIEW_3D" and region.type == "UI":
+                        region.tag_redraw()
 
 
 def one_line(error: Exception) -> str:

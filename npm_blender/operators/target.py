@@ -38,17 +38,21 @@ def poll_preview(cls, context: bpy.types.Context) -> bool:
     return False
 
 
-def source_of(obj: bpy.types.Object) -> bpy.types.Object:
+def source_of(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> bpy.types.Object:
     """The object whose mesh is compressed: the original of a preview, or the object itself.
 
-    Raises MeshError for a preview without an original.
+    Raises MeshError for a preview whose original is not in the view layer, or that never had one.
     """
     if not obj.npmesh.is_preview:
         return obj
     if obj.npmesh.source is None:
         raise MeshError(f"Expected an object to compress, found '{obj.name}', which is opened from a file; "
                         "apply it first to compress it again")
-    return obj.npmesh.source
+    source = obj.npmesh.source
+    if source.name not in view_layer.objects:
+        raise MeshError(f"Expected '{source.name}', the original of '{obj.name}', in this view layer, found it removed; "
+                        "bring it back, or apply the preview")
+    return source
 
 
 def chosen_settings(operator, obj: bpy.types.Object) -> CompressSettings:

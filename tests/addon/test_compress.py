@@ -135,6 +135,19 @@ def test_an_opened_file_has_no_original(opened):
     assert "which is opened from a file" in refusal(bpy.ops.object.npmesh_compress)
 
 
+def test_an_original_that_was_removed():
+    obj = add_object()
+    bpy.ops.object.npmesh_compress(**SMALL)
+    for collection in obj.users_collection:
+        collection.objects.unlink(obj)
+    shown = bpy.context.view_layer.objects.active
+    assert "the original of 'Shape Preview'" in refusal(bpy.ops.object.npmesh_compress)
+    shown.npmesh.show_original = True
+    assert not shown.hide_get() and not shown.npmesh.show_original
+    bpy.ops.object.npmesh_discard()
+    assert len(bpy.context.view_layer.objects) == 0
+
+
 def test_previewing_what_is_not_compressed():
     add_object()
     assert "compress it first" in refusal(bpy.ops.object.npmesh_preview)
