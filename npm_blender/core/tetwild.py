@@ -17,7 +17,7 @@ from .errors import DependencyError, MeshError
 from .progress import Progress, no_progress
 
 LIMIT = 900.0  # seconds; 12k faces take 10 to 16 s, and time grows with damage more than with size
-ENVELOPE = 5e-4  # of the box's diagonal: how far the result may be from the input
+ENVELOPE = 1e-3  # of the box's diagonal: how far the result may be from the input
 PROGRAM = """
 import sys
 import numpy as np
