@@ -172,7 +172,8 @@ def _try(m, Q, e, hist, scratch, counts, only_border, cosine, quality, stretch, 
 def run(m, Q, queue, hist, scratch, counts, target, collapses, cosine, quality, stretch, convex):
     """Up to `collapses` collapses; DONE at the target, EMPTY when no edge passes, MORE otherwise (also: history full).
 
-    counts: faces, queue size, collapses, entries, positions, stamp, random state (0: cheapest first), border edges only.
+    counts: faces, queue size, collapses, entries, positions, stamp, random state (0: cheapest first), whether the mesh
+    has a border (the last single face is then left to a collapse on the border).
     """
     size = counts[1]
     spare = MAX_RING + 8
@@ -194,7 +195,7 @@ def run(m, Q, queue, hist, scratch, counts, target, collapses, cosine, quality, 
             at = ((counts[6] >> 33) & 0x3FFFFFFF) % max(min(_CHOICES, size // 8), 1)
         e = queue.heap[at]
         size = take(queue.heap, queue.place, queue.cost, e, REJECTED, size)
-        removed, r, i = _try(m, Q, e, hist, scratch, counts, counts[7] != 0, cosine, quality, stretch, convex)
+        removed, r, i = _try(m, Q, e, hist, scratch, counts, counts[7] != 0 and counts[0] == target + 1, cosine, quality, stretch, convex)
         if removed == 0:
             continue
         done += 1

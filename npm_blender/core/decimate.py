@@ -32,7 +32,7 @@ class Stage(NamedTuple):
     convex: bool
 
 
-STAGES = (Stage(0.2, 0.05, 20.0, False), Stage(0.1, 0.01, 1000.0, True), Stage(-0.5, 0.0, np.inf, True))
+STAGES = (Stage(0.2, 0.01, 20.0, True), Stage(0.1, 0.003, 1000.0, True), Stage(-0.5, 0.0, np.inf, True))
 
 
 @dataclass(frozen=True)
@@ -86,19 +86,18 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
     heapify(queue.heap, queue.place, queue.cost, edges)
     history = History.empty(total)
     scratch = Scratch.make()
-    counts = np.array([total, edges, 0, 0, 0, 0, variant, 0], np.int64)
-    bordered = bool((half.opposite == np.arange(len(half.opposite))).any())
+    counts = np.array([total, edges, 0, 0, 0, 0, variant, 0], np.int64)  # see `run`
+    counts[7] = (half.opposite == np.arange(len(half.opposite))).any()
     stage, reason = 0, EMPTY
     while counts[0] > base_faces:
         history = history.with_room(counts, SLICE)
-        counts[7] = int(bordered and counts[0] == base_faces + 1)
         reason = run(half, quadrics, queue, history, scratch, counts, base_faces, SLICE, *STAGES[stage])
         progress((total - counts[0]) / max(total - base_faces, 1), "Decimating")
         if reason == DONE:
             break
         if reason == EMPTY:
-            if counts[7]:
-                bordered = False
+            if counts[7] and counts[0] == base_faces + 1:
+                counts[7] = 0
             elif stage + 1 < len(STAGES):
                 stage += 1
             else:
