@@ -59,6 +59,10 @@ class NumpyBackend:
         """max(x, low)."""
         return np.maximum(x, np.float32(low))
 
+    def clip(self, x, bound):
+        """x bounded to -bound..bound."""
+        return np.clip(x, -np.float32(bound), np.float32(bound))
+
     def cross(self, a, b):
         """Cross products of rows (m, 3)."""
         return np.stack([a[:, 1] * b[:, 2] - a[:, 2] * b[:, 1], a[:, 2] * b[:, 0] - a[:, 0] * b[:, 2],

@@ -24,7 +24,8 @@ def geometry_features(B, V, mesh: MeshIndex):
     back = B.turn(edge, 2)
     dot = -(edge * back).sum(2)
     area = B.log(B.clamp(twice, 1e-10) / B.clamp(twice.mean(), 1e-10)) * 0.25
-    angle = B.arctan2(twice + 0 * dot, dot) - 1.0471975512
+    # the floor keeps the gradient of degenerate corners finite
+    angle = B.arctan2(twice + 0 * dot + 1e-9, dot) - 1.0471975512
     weighted = normal * twice
     at_vertex = B.scatter_sum(repeat3(B, weighted), mesh.F, mesh.n)
     at_vertex = at_vertex / norm(B, at_vertex, 1e-20)

@@ -40,15 +40,15 @@ def initial_parameters(config: NetworkConfig, seed: int = 0) -> dict:
                 "bias": np.zeros(width_out)}
 
     decoder, below = [], 0
-    for width in config.decoder:
+    for width, above in zip(config.decoder, (*config.decoder[1:], config.decoder[-1]), strict=True):
         given = below + CHANNELS + SLOT_FEATURES
         step = {"conv1": normalised(two_face(given, width), width), "conv2": normalised(two_face(width, width), width),
                 "skip": dense(given, width, 0.3), "displace": two_face(width + CHANNELS + SLOT_FEATURES, 3, 0.0),
-                "up": {name: dense(3 * width, width) for name in ("corner0", "corner1", "corner2", "centre")}}
+                "up": {name: dense(3 * width, above) for name in ("corner0", "corner1", "corner2", "centre")}}
         for side in ("own", "other"):
             step["displace"][side][width + CHANNELS + 2, 2] = 0.05
         decoder.append(step)
-        below = width
+        below = above
     encoder = []
     for i, width in enumerate(config.encoder):
         above = config.encoder[min(i + 1, len(config.encoder) - 1)]

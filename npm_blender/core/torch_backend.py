@@ -29,7 +29,7 @@ class TorchBackend:
         return torch.as_tensor(x, dtype=torch.float32, device=self.device)
 
     def index(self, x):
-        return torch.as_tensor(x, dtype=torch.int64, device=self.device)
+        return torch.as_tensor(x, dtype=torch.int32, device=self.device)
 
     def take(self, x, index):
         return x.index_select(0, index)
@@ -61,6 +61,9 @@ class TorchBackend:
     def clamp(self, x, low):
         return torch.clamp(x, min=low)
 
+    def clip(self, x, bound):
+        return torch.clamp(x, -bound, bound)
+
     def cross(self, a, b):
         return torch.linalg.cross(a, b)
 
@@ -68,7 +71,7 @@ class TorchBackend:
         return torch.zeros(n, x.shape[1], dtype=x.dtype, device=x.device).index_add(0, index, x)
 
     def observe(self, layer, x):
-        if self.momentum:
+        if self.momentum and bool(torch.isfinite(x).all()):
             with torch.no_grad():
                 layer["mean"].lerp_(x.mean(0), self.momentum)
                 layer["var"].lerp_(x.var(0), self.momentum)

@@ -1,0 +1,108 @@
+"""The receiver: an opened `.npmesh` stream that decodes any number of its features to any of its levels."""
+from collections import OrderedDict
+
+import numpy as np
+
+from . import weights as weight_file
+from .backend import NUMPY
+from .decoder import FEATURES, decode
+from .errors import SettingsError, WeightsError
+from .mesh import Frame, TriMesh
+from .operators import MeshIndex
+from .stream import Stream, read_stream
+from .subdivide import hierarchy
+
+CACHED = 32  # decodes kept; a slider that goes back finds its meshes at once
+
+
+class ProgressiveMesh:
+    """A stream as far as it has arrived. Connectivity is built once; positions of recent decodes are kept."""
+
+    def __init__(self, stream: Stream, size: int) -> None:
+        """stream: what `read_stream` returned for `size` bytes. Raises WeightsError if its weights are not here."""
+        header = stream.header
+        model = weight_file.load(header.model_id)
+        if model.digest != header.weights_hash:
+            raise WeightsError(f"Expected weights '{header.model_id}' {header.weights_hash.hex()}, found {model.digest.hex()}; "
+                               "install the version of the extension that wrote this file")
+        self.header, self.total_bytes = header, size
+        self.levels, self.model_id, self.position_bits = header.levels, header.model_id, header.position_bits
+        self.total_features, self.features = header.total_features, len(stream.level)
+        self.truncated, self.corrupt = stream.truncated, stream.corrupt
+        self.source_faces, self.source_vertices = header.source_faces, header.source_vertices
+        self.base_faces, self.base_vertices, self.base_bytes = len(stream.F0), len(stream.V0), stream.base_bytes
+        self._packet_features, self._packet_bytes = stream.packet_ends
+        self._frame = Frame(np.asarray(header.centre), header.size)
+        self._params = model.params
+        self._V0 = NUMPY.array(stream.V0)
+        self._levels = hierarchy(stream.F0, len(stream.V0), header.levels)
+        self._meshes = [MeshIndex.of(NUMPY, level) for level in self._levels[:-1]]
+        step = np.asarray(header.feature_steps, dtype=np.float32)
+        self._level, self._face = stream.level, stream.face
+        self._value = stream.value.astype(np.float32) * step[stream.level][:, None]
+        self._cache: OrderedDict[int, tuple[int, np.ndarray]] = OrderedDict()
+
+    def bytes_for(self, features: int) -> int:
+        """Bytes of the shortest prefix that holds this many features; whole packets arrive, never parts."""
+        features = self._checked_features(features)
+        at = int(np.searchsorted(self._packet_features, features))
+        return self.base_bytes if features == 0 else int(self._packet_bytes[at])
+
+    def features_for(self, size: int) -> int:
+        """Features that a prefix of this many bytes holds. Raises SettingsError if it ends before the base mesh."""
+        if size < self.base_bytes:
+            raise SettingsError(f"Expected at least {self.base_bytes} bytes (the base mesh), found {size}")
+        at = int(np.searchsorted(self._packet_bytes, size, side="right"))
+        return int(self._packet_features[at - 1]) if at else 0
+
+    def faces_at(self, level: int) -> int:
+        """Faces of a level."""
+        return self.base_faces * 4 ** self._checked_level(level)
+
+    def level_faces(self, level: int | None = None) -> np.ndarray:
+        """Faces (m, 3) int32 of a level (None: the finest); they depend on nothing else."""
+        return self._levels[self._checked_level(level)].F
+
+    def decode_positions(self, features: int | None = None, level: int | None = None) -> np.ndarray:
+        """Vertices (n, 3) float64, object space, of a level (None: finest) with the first `features` (None: all) features."""
+        level = self._checked_level(level)
+        return self._frame.to_object(self._unit_positions(self._checked_features(features), level).astype(np.float64))
+
+    def decode(self, features: int | None = None, level: int | None = None) -> TriMesh:
+        """The mesh of `decode_positions` and `level_faces`, in object space. Raises SettingsError if out of range."""
+        return TriMesh(self.decode_positions(features, level), self.level_faces(level))
+
+    def _unit_positions(self, features: int, level: int) -> np.ndarray:
+        """Cached decode. Vertices never move once made, so a coarser level is a prefix of a finer one."""
+        have, V = self._cache.get(features, (-1, None))
+        if have < level:
+            sent = [np.zeros((len(mesh.F), FEATURES), np.float32) for mesh in self._levels[:level]]
+            for i, f in enumerate(sent):
+                mine = np.flatnonzero(self._level[:features] == i)
+                f[self._face[mine]] = self._value[mine]
+            V = decode(NUMPY, self._params, self._V0, sent, self._meshes[:level])[-1] if level else self._V0
+            self._cache[features] = level, V
+        self._cache.move_to_end(features)
+        while len(self._cache) > CACHED:
+            self._cache.popitem(last=False)
+        return V[:self._levels[level].n]
+
+    def _checked_level(self, level: int | None) -> int:
+        level = self.levels if level is None else level
+        if not 0 <= level <= self.levels:
+            raise SettingsError(f"Expected a level from 0 to {self.levels}, found {level}")
+        return level
+
+    def _checked_features(self, features: int | None) -> int:
+        features = self.features if features is None else features
+        if not 0 <= features <= self.features:
+            raise SettingsError(f"Expected 0 to {self.features} features, found {features}")
+        return features
+
+
+def open_stream(data: bytes) -> ProgressiveMesh:
+    """Open the bytes of an `.npmesh` file, or any prefix of them past the base mesh.
+
+    Raises StreamError (foreign, newer, corrupted, or cut before the end of the base mesh), WeightsError.
+    """
+    return ProgressiveMesh(read_stream(data), len(data))

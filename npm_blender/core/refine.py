@@ -1,0 +1,144 @@
+"""Refinement: the base and the features of one mesh, fitted by gradient descent through the fixed decoder.
+
+The encoder gives a first guess; here the sender asks the receiver's decoder what each number does to this mesh. The
+base comes first, so that the mesh without features is as good as it can be; then the features, one stage of the order
+of importance after the other, each given the rounded ones before it, so that every prefix is good and not only the
+whole. Distances are to the nearest points of the input, not to fixed targets: sliding along the surface costs nothing.
+This is the only module of the core that needs torch.
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+from .lod import LodSequence
+from .mesh import TriMesh
+from .operators import MeshIndex, face_normals
+from .progress import Progress, no_progress
+from .subdivide import Level
+from .surface import Surface
+
+UNIT = 15e-4  # distances of this size (unit frame) and normals off by this times 1000 weigh alike
+TANGENTIAL = 0.02
+NORMAL = 0.4
+STAGES = (40, 400, 2000)  # features at the ends of the stages; the last stage takes the rest
+REQUERY = 10  # steps between searches for the nearest points
+
+
+@dataclass(frozen=True)
+class Target:
+    """What the decoded mesh is compared with: `surface` is the input mesh in the unit frame, `lod` its sequence."""
+
+    mesh: TriMesh
+    lod: LodSequence
+    levels: list[Level]
+
+
+class Refiner:
+    """Fits one mesh. All arrays in and out are NumPy; the unit frame throughout."""
+
+    def __init__(self, params: dict, target: Target, steps: int, progress: Progress = no_progress) -> None:
+        """params: folded decoder parameters; steps: gradient steps per stage."""
+        import torch
+
+        from .network import map_tree
+        from .torch_backend import TorchBackend
+
+        self.torch, self.B, self.steps, self.progress = torch, TorchBackend(), steps, progress
+        self.params = map_tree(self.B.array, {"decoder": params["decoder"]})
+        self.meshes = [MeshIndex.of(self.B, level) for level in target.levels]
+        self.surface = Surface(target.mesh)
+        self.source_normals = target.mesh.face_normals()
+        finest = TriMesh(target.lod.V, target.levels[-1].F)
+        areas = finest.face_areas()
+        weight = np.bincount(finest.F.reshape(-1), np.repeat(areas, 3), len(finest.V))
+        self.anchor = self.B.array(target.lod.V)
+        self.weight = self.B.array(weight / weight.sum())
+        self.face_weight = self.B.array(areas / areas.sum())
+        self.face_normals = self.B.array(finest.face_normals())
+        self.total = 2 + len(STAGES) + len(self.meshes) - 1
+        self.stage = 0
+
+    def _decode(self, V0, features):
+        from .decoder import decode
+
+        return decode(self.B, self.params, V0, features, self.meshes[:-1])[-1]
+
+    def _nearest(self, V):
+        """Nearest points of the input to V and the normals there."""
+        _, point, face = self.surface.closest(V.detach().numpy().astype(np.float64))
+        return self.B.array(point), self.B.array(self.source_normals[face])
+
+    def _loss(self, V, nearest):
+        torch = self.torch
+        point, normal = nearest
+        along = ((V - point) * normal).sum(1)
+        aside = V - self.anchor
+        distance = torch.sqrt(along * along + 1e-9) + TANGENTIAL * torch.sqrt((aside * aside).sum(1) + 1e-8)
+        bend = face_normals(self.B, V, self.meshes[-1])[0] - self.face_normals
+        bend = torch.sqrt((bend * bend).sum(1) + 1e-6)
+        return (distance * self.weight).sum() / UNIT + NORMAL * (bend * self.face_weight).sum()
+
+    def _descend(self, leaves, rate, decode, masks=None):
+        """Adam with a falling rate on the leaves; masks: 1 where a leaf's entry may move."""
+        torch = self.torch
+        optimiser = torch.optim.Adam(leaves, lr=rate, betas=(0.9, 0.98))
+        nearest = None
+        for step in range(self.steps):
+            self.progress((self.stage + step / self.steps) / self.total, "Refining")
+            optimiser.param_groups[0]["lr"] = rate * (1 - 0.9 * step / self.steps)
+            V = decode()
+            if step % REQUERY == 0:
+                nearest = self._nearest(V)
+            gradients = torch.autograd.grad(self._loss(V, nearest), leaves)
+            for leaf, gradient, mask in zip(leaves, gradients, masks or [1] * len(leaves), strict=True):
+                leaf.grad = torch.nan_to_num(gradient) * mask
+            optimiser.step()
+        self.stage += 1
+
+    def base(self, V0: np.ndarray) -> np.ndarray:
+        """Base positions (n0, 3) float64 whose decode without features is nearest to the input, from V0."""
+        leaf = self.B.array(V0).requires_grad_(True)
+        none = [self.torch.zeros(mesh.m, 8) for mesh in self.meshes[:-1]]
+        low = V0[self.meshes[0].F.numpy().reshape(-1, 3)]
+        edge = float(np.linalg.norm(low[:, 0] - low[:, 1], axis=1).mean())
+        self._descend([leaf], 0.01 * edge, lambda: self._decode(leaf, none))
+        return leaf.detach().numpy().astype(np.float64)
+
+    def level_by_level(self, V0: np.ndarray, features: list[np.ndarray]) -> list[np.ndarray]:
+        """Features (m_i, 8) fitted one level after the other, each with the coarser ones in place, from the encoder's.
+
+        A better guess than the encoder's, and one in which a level has taken what it can from the finer ones, so that
+        the order of importance may be read off it.
+        """
+        base = self.B.array(V0)
+        done = [self.torch.zeros(f.shape) for f in features]
+        for i, f in enumerate(features):
+            leaf = self.B.array(f.copy()).requires_grad_(True)
+            self._descend([leaf], 0.08, lambda i=i, leaf=leaf: self._decode(base, [*done[:i], leaf, *done[i + 1:]]))
+            done[i] = leaf.detach()
+        return [f.numpy() for f in done]
+
+    def staged(self, V0: np.ndarray, features: list[np.ndarray], order: np.ndarray, steps: np.ndarray) -> list[np.ndarray]:
+        """Integers (m_i, 8) of the features, fitted and rounded stage by stage along `order` (numbers, see `features`).
+
+        steps (L,): quantization step of each level.
+        """
+        base = self.B.array(V0)
+        sizes = [len(f) for f in features]
+        rank = np.full(sum(sizes), len(order))
+        rank[order] = np.arange(len(order))
+        ranks = np.split(rank, np.cumsum(sizes)[:-1])
+        values = [f.copy() for f in features]
+        ints = [np.zeros(f.shape, np.int32) for f in features]
+        start = 0
+        for stop in (*(s for s in STAGES if s < len(order)), len(order)):
+            masks = [self.B.array(((r >= start) & (r < stop))[:, None]) for r in ranks]
+            sent = [self.B.array(i * s) for i, s in zip(ints, steps, strict=True)]
+            leaves = [self.B.array(v.copy()).requires_grad_(True) for v in values]
+            self._descend(leaves, 0.08, lambda s=sent, x=leaves, m=masks: self._decode(
+                base, [a + b * k for a, b, k in zip(s, x, m, strict=True)]), masks)
+            for i, (leaf, mask) in enumerate(zip(leaves, masks, strict=True)):
+                new = mask.numpy()[:, 0] > 0
+                ints[i][new] = np.rint(leaf.detach().numpy()[new] / steps[i])
+            start = stop
+        return ints

@@ -1,0 +1,1 @@
+"""Training of the network: `sequences` (meshes -> cached LoD sequences), `samples` (what a step needs), `losses`, `train` (the loop)."""
