@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 BORDER_WEIGHT = 1.0  # of a border edge's perpendicular plane, times its squared length (a face counts with its area)
-PULL = 1e-5  # regularisation of the optimal position, relative to the trace of A: flat directions go to the midpoint
+PULL = 1e-6  # regularisation of the optimal position, relative to the trace of A: flat directions go to the midpoint
 REACH = 2.0  # the optimal position may lie this many edge lengths away from the midpoint
 
 

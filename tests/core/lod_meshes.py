@@ -1,0 +1,56 @@
+"""Meshes made in code for the tests of the LoD builder: sphere, torus, sheet, tube, each with noise."""
+import numpy as np
+
+from npm_blender.core.mesh import Frame, TriMesh
+from npm_blender.core.subdivide import hierarchy, midpoints
+
+
+def _unit(V: np.ndarray, F: np.ndarray, noise: float = 0.0, seed: int = 0) -> TriMesh:
+    V = Frame.of(V).to_unit(V)
+    V = V + np.random.default_rng(seed).normal(0, noise, V.shape) if noise else V
+    return TriMesh.from_arrays(V, F)
+
+
+def sphere(levels: int = 3, noise: float = 0.0, seed: int = 0) -> TriMesh:
+    """An octahedron, subdivided and put on the sphere: 8 * 4^levels faces."""
+    V = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+    F = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
+    H = hierarchy(F, 6, levels)
+    for level in H[:-1]:
+        V = midpoints(V, level)
+    return _unit(V / np.linalg.norm(V, axis=1, keepdims=True), H[-1].F, noise, seed)
+
+
+def _grid_faces(rows: int, columns: int, wrap_rows: bool, wrap_columns: bool) -> np.ndarray:
+    r, c = np.meshgrid(np.arange(rows - (not wrap_rows)), np.arange(columns - (not wrap_columns)), indexing="ij")
+    at = lambda i, j: (i % rows) * columns + j % columns
+    a, b, d, e = at(r, c), at(r, c + 1), at(r + 1, c), at(r + 1, c + 1)
+    return np.stack([np.stack([a, b, e], -1), np.stack([a, e, d], -1)], -2).reshape(-1, 3)
+
+
+def torus(rows: int = 24, columns: int = 40, noise: float = 0.0, seed: int = 0) -> TriMesh:
+    """A torus of 2 * rows * columns faces."""
+    v, u = np.meshgrid(np.arange(rows) * 2 * np.pi / rows, np.arange(columns) * 2 * np.pi / columns, indexing="ij")
+    V = np.stack([(2 + np.cos(v)) * np.cos(u), (2 + np.cos(v)) * np.sin(u), np.sin(v)], -1).reshape(-1, 3)
+    return _unit(V, _grid_faces(rows, columns, True, True), noise, seed)
+
+
+def sheet(rows: int = 21, columns: int = 31, noise: float = 0.0, seed: int = 0, flat: bool = False) -> TriMesh:
+    """A wavy (or flat) rectangle: a disk with a border of four corners."""
+    y, x = np.meshgrid(np.linspace(0, 1, rows), np.linspace(0, 1.5, columns), indexing="ij")
+    z = np.zeros_like(x) if flat else 0.1 * np.sin(5 * x) * np.cos(4 * y)
+    return _unit(np.stack([x, y, z], -1).reshape(-1, 3), _grid_faces(rows, columns, False, False), noise, seed)
+
+
+def tube(rows: int = 20, columns: int = 30, noise: float = 0.0, seed: int = 0) -> TriMesh:
+    """A cylinder without lids: two border loops."""
+    z, u = np.meshgrid(np.linspace(0, 2, rows), np.arange(columns) * 2 * np.pi / columns, indexing="ij")
+    V = np.stack([np.cos(u), np.sin(u), z], -1).reshape(-1, 3)
+    return _unit(V, _grid_faces(rows, columns, False, True), noise, seed)
+
+
+def joined(*meshes: TriMesh) -> TriMesh:
+    """Several meshes side by side as one."""
+    V = [m.V + [2.0 * k, 0, 0] for k, m in enumerate(meshes)]
+    start = np.cumsum([0] + [len(m.V) for m in meshes])
+    return _unit(np.concatenate(V), np.concatenate([m.F + s for m, s in zip(meshes, start[:-1], strict=True)]))
