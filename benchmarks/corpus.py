@@ -1,4 +1,5 @@
 """Meshes of a corpus folder: a manifest.csv with the columns name, file, split, faces, and the files beside it."""
+
 import csv
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,5 @@
-"""Run a function over meshes in parallel processes, one JSON line per result; a second run does only what is missing."""
+"""Run a function over meshes in parallel processes, one JSON line per result; a second run does what is missing."""
+
 import json
 import os
 import sys
@@ -33,5 +34,9 @@ def run(function: Callable, tasks: Iterable, path: Path, processes: int = 2) -> 
             results[name] = row
             out.write(json.dumps(row) + "\n")
             out.flush()
-            print(f"{i}/{len(todo)} {name} {time.time() - begun:.0f} s {row.get('error', '')}", file=sys.stderr, flush=True)
+            print(
+                f"{i}/{len(todo)} {name} {time.time() - begun:.0f} s {row.get('error', '')}",
+                file=sys.stderr,
+                flush=True,
+            )
     return results

@@ -4,6 +4,7 @@
 
 At equal ratio: our stream with k features holds 3 |V0| + 8 k numbers, so QSlim may keep |V0| + 8 k / 3 vertices.
 """
+
 import argparse
 from functools import partial
 from pathlib import Path
@@ -41,7 +42,15 @@ def measure(entry: Entry, samples: int) -> dict:
     rows = []
     for features in (0, 40, 400):
         m = original.evaluate(qslim(mesh, faces_at(features)))
-        rows.append({"features": features, "faces": faces_at(features), "d_pm": m.d_pm, "d_normal": m.d_normal, "d_reverse": m.d_reverse})
+        rows.append(
+            {
+                "features": features,
+                "faces": faces_at(features),
+                "d_pm": m.d_pm,
+                "d_normal": m.d_normal,
+                "d_reverse": m.d_reverse,
+            }
+        )
     return {"rows": rows}
 
 
@@ -54,8 +63,12 @@ def main() -> None:
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--limit", type=int)
     o = parser.parse_args()
-    jobs.run(partial(measure, samples=o.samples), entries(o.corpus, o.split)[:o.limit],
-             Path("out/quality") / f"qslim_{o.split}.jsonl", o.processes)
+    jobs.run(
+        partial(measure, samples=o.samples),
+        entries(o.corpus, o.split)[: o.limit],
+        Path("out/quality") / f"qslim_{o.split}.jsonl",
+        o.processes,
+    )
 
 
 if __name__ == "__main__":

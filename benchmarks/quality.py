@@ -5,6 +5,7 @@
 Compresses with the default settings, opens the stream, decodes, measures. Run `benchmarks.qslim` first, or let this
 run it. Resumes; results lie in out/quality/.
 """
+
 import argparse
 import json
 from datetime import date
@@ -39,11 +40,25 @@ def measure(entry: Entry, samples: int, settings: CompressSettings) -> dict:
     for budget, level in points:
         k = stream.features if budget == "all" else min(budget, stream.features)
         m = original.evaluate(stream.decode(k, level))
-        rows.append({"budget": budget, "features": k, "level": level, "bytes": stream.bytes_for(k),
-                     "cr": compression_ratio(len(mesh.V), stream.base_vertices, k),
-                     "d_pm": m.d_pm, "d_normal": m.d_normal, "d_reverse": m.d_reverse})
-    return {"rows": rows, "faces": len(mesh.F), "base_faces": made.report.base_faces, "seconds": made.report.seconds,
-            "messages": made.report.messages}
+        rows.append(
+            {
+                "budget": budget,
+                "features": k,
+                "level": level,
+                "bytes": stream.bytes_for(k),
+                "cr": compression_ratio(len(mesh.V), stream.base_vertices, k),
+                "d_pm": m.d_pm,
+                "d_normal": m.d_normal,
+                "d_reverse": m.d_reverse,
+            }
+        )
+    return {
+        "rows": rows,
+        "faces": len(mesh.F),
+        "base_faces": made.report.base_faces,
+        "seconds": made.report.seconds,
+        "messages": made.report.messages,
+    }
 
 
 def at(row: dict, budget, level: int = 3) -> dict:
@@ -54,12 +69,19 @@ def at(row: dict, budget, level: int = 3) -> dict:
 def table(ours: dict, base: dict) -> tuple[list[str], dict]:
     """Lines of the Markdown table over the meshes that both have, and the figures."""
     names = sorted(n for n in ours if "rows" in ours[n] and "rows" in base.get(n, {}))
-    slim = {r["features"]: {k: np.array([next(x for x in base[n]["rows"] if x["features"] == r["features"])[k] for n in names])
-                            for k in ("d_pm", "d_normal", "d_reverse")} for r in base[names[0]]["rows"]}
+    slim = {
+        r["features"]: {
+            k: np.array([next(x for x in base[n]["rows"] if x["features"] == r["features"])[k] for n in names])
+            for k in ("d_pm", "d_normal", "d_reverse")
+        }
+        for r in base[names[0]]["rows"]
+    }
     reference = slim[0]["d_pm"].mean()
-    lines = ["| method | CR | bytes | d_pm | ratio to QSlim | d_normal | d_reverse | better than the row before | paper's ratio, d_normal |",
-             "|---|---|---|---|---|---|---|---|---|",
-             f"| QSlim, 400 faces | | | {reference:.2f} | 1.00 | {slim[0]['d_normal'].mean():.2f} | {slim[0]['d_reverse'].mean():.2f} | | 1.00, 13.21 |"]
+    lines = [
+        "| method | CR | bytes | d_pm | ratio to QSlim | d_normal | d_reverse | better than the row before | paper |",
+        "|---|---|---|---|---|---|---|---|---|",
+        f"| QSlim, 400 faces | | | {reference:.2f} | 1.00 | {slim[0]['d_normal'].mean():.2f} | {slim[0]['d_reverse'].mean():.2f} | | 1.00, 13.21 |",
+    ]
     figures, before = {"meshes": len(names)}, None
     for budget in BUDGETS:
         rows = [at(ours[n], budget) for n in names]
@@ -67,15 +89,19 @@ def table(ours: dict, base: dict) -> tuple[list[str], dict]:
         label = {0: "ours, no features", "all": "ours, all features"}.get(budget, f"ours, {budget} features")
         share = "" if before is None else f"{100 * np.mean(d < before):.1f} % of meshes"
         paper = "{:.2f}, {:.2f}".format(*PAPER[budget]) if budget in PAPER else ""
-        lines.append(f"| {label} | {np.median([r['cr'] for r in rows]):.1f} | {np.mean([r['bytes'] for r in rows]):,.0f} | {d.mean():.2f} | "
-                     f"**{d.mean() / reference:.3f}** | {np.mean([r['d_normal'] for r in rows]):.2f} | "
-                     f"{np.mean([r['d_reverse'] for r in rows]):.2f} | {share} | {paper} |")
+        lines.append(
+            f"| {label} | {np.median([r['cr'] for r in rows]):.1f} | {np.mean([r['bytes'] for r in rows]):,.0f} | {d.mean():.2f} | "
+            f"**{d.mean() / reference:.3f}** | {np.mean([r['d_normal'] for r in rows]):.2f} | "
+            f"{np.mean([r['d_reverse'] for r in rows]):.2f} | {share} | {paper} |"
+        )
         figures[str(budget)] = d.mean() / reference
         before = d
         if budget in (40, 400):
             s = slim[budget]
-            lines.append(f"| QSlim at that CR ({qslim.faces_at(budget)} faces) | | | {s['d_pm'].mean():.2f} | "
-                         f"{s['d_pm'].mean() / reference:.3f} | {s['d_normal'].mean():.2f} | {s['d_reverse'].mean():.2f} | | |")
+            lines.append(
+                f"| QSlim at that CR ({qslim.faces_at(budget)} faces) | | | {s['d_pm'].mean():.2f} | "
+                f"{s['d_pm'].mean() / reference:.3f} | {s['d_normal'].mean():.2f} | {s['d_reverse'].mean():.2f} | | |"
+            )
     return lines, figures
 
 
@@ -85,7 +111,9 @@ def level_table(ours: dict) -> list[str]:
     lines = ["| level | faces | d_pm | d_normal |", "|---|---|---|---|"]
     for level in (1, 2, 3):
         found = [at(r, "all", level) for r in rows]
-        lines.append(f"| {level} | {400 * 4**level:,} | {np.mean([r['d_pm'] for r in found]):.2f} | {np.mean([r['d_normal'] for r in found]):.2f} |")
+        lines.append(
+            f"| {level} | {400 * 4**level:,} | {np.mean([r['d_pm'] for r in found]):.2f} | {np.mean([r['d_normal'] for r in found]):.2f} |"
+        )
     return lines
 
 
@@ -96,14 +124,26 @@ def report(ours: dict, base: dict, split: str, samples: int) -> str:
     failed = [f"{n}: {r['error']}" for n, r in ours.items() if "error" in r]
     stages = ", ".join(f"{k} {np.median([s.get(k, 0) for s in seconds]):.2f}" for k in seconds[0])
     model = weights.load()
-    return "\n".join([
-        "# Results", "",
-        f"Made {date.today()} by `python -m benchmarks.quality CORPUS` (its {split} split, {len(ours)} meshes; weights {model.model_id} "
-        f"{model.digest.hex()}). d_pm, d_reverse: unit cube x 1e-4; d_normal: degrees; {samples:,} samples; means over meshes. "
-        "Ratio: mean d_pm over QSlim's (libigl) mean at 400 faces. Bytes: the real file, cut after that many features.", "",
-        *lines, "", "Levels of detail, all features:", "", *level_table(ours), "",
-        f"Median seconds per stage, one thread: {stages}.", "",
-        f"Failed: {len(failed)}. " + "; ".join(failed), ""])
+    return "\n".join(
+        [
+            "# Results",
+            "",
+            f"Made {date.today()} by `python -m benchmarks.quality CORPUS` (its {split} split, {len(ours)} meshes; weights {model.model_id} "
+            f"{model.digest.hex()}). d_pm, d_reverse: unit cube x 1e-4; d_normal: degrees; {samples:,} samples; means over meshes. "
+            "Ratio: mean d_pm over QSlim's (libigl) mean at 400 faces. Bytes: the real file, cut after that many features.",
+            "",
+            *lines,
+            "",
+            "Levels of detail, all features:",
+            "",
+            *level_table(ours),
+            "",
+            f"Median seconds per stage, one thread: {stages}.",
+            "",
+            f"Failed: {len(failed)}. " + "; ".join(failed),
+            "",
+        ]
+    )
 
 
 def main() -> None:
@@ -120,7 +160,7 @@ def main() -> None:
     parser.add_argument("--report", type=Path)
     o = parser.parse_args()
     found = entries(o.corpus, o.split)
-    found = found[::max(1, len(found) // o.limit)][:o.limit] if o.limit else found
+    found = found[:: max(1, len(found) // o.limit)][: o.limit] if o.limit else found
     folder = Path("out/quality")
     base = jobs.run(partial(qslim.measure, samples=o.samples), found, folder / f"qslim_{o.split}.jsonl", o.processes)
     settings = CompressSettings(order=o.order, refine_steps=o.refine_steps)

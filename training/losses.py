@@ -4,6 +4,7 @@ L_corr, the distance to corresponding points, is dominated by sliding along the 
 point-to-mesh distance shows; so its normal part and its tangential part have weights of their own (equal weights give
 the paper's). L_jacobian is taken on its column along the normal: the turn of the face normals, bounded for slivers.
 """
+
 import torch
 
 from npm_blender.core.operators import face_normals
@@ -12,7 +13,7 @@ UNIT = 15e-4  # unit cube; distances are divided by it, so that the terms are of
 
 
 def correspondence(V, target, normal, weight, tangential):
-    """L_corr of one level: area-weighted mean distance of V (n, 3) to target (n, 3), tangential part scaled. Over UNIT."""
+    """L_corr of one level over UNIT: area-weighted mean distance of V (n, 3) to target (n, 3), tangential part scaled."""
     offset = V - target
     along = (offset * normal).sum(1)
     aside = offset - along[:, None] * normal

@@ -1,4 +1,5 @@
 """What a training step needs of one LoD sequence: connectivity, targets and weights, as torch tensors."""
+
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -48,7 +49,7 @@ def load(path: Path, B) -> Sample:
     lods = hierarchy(F0, len(V0), levels)
     targets, weights, scales = [], [], []
     for level in lods:
-        mesh = TriMesh(V[:level.n] if level.n > len(V0) else V0.astype(np.float64), level.F)
+        mesh = TriMesh(V[: level.n] if level.n > len(V0) else V0.astype(np.float64), level.F)
         areas = mesh.face_areas()
         w = np.bincount(level.F.reshape(-1), weights=np.repeat(areas, 3), minlength=level.n)
         weights.append(w / max(w.sum(), 1e-12))
@@ -61,9 +62,17 @@ def load(path: Path, B) -> Sample:
     finest = TriMesh(V, lods[-1].F)
     areas = finest.face_areas()
     return Sample(
-        path.stem, B.array(V0), [MeshIndex.of(B, level) for level in lods], [B.array(v) for v in targets[1:]],
-        B.array(N), [B.array(w) for w in weights[1:]], B.array(finest.face_normals()), B.array(areas / areas.sum()),
-        max(scale, 1e-5), [B.array(s) for s in scales[:-1]])
+        path.stem,
+        B.array(V0),
+        [MeshIndex.of(B, level) for level in lods],
+        [B.array(v) for v in targets[1:]],
+        B.array(N),
+        [B.array(w) for w in weights[1:]],
+        B.array(finest.face_normals()),
+        B.array(areas / areas.sum()),
+        max(scale, 1e-5),
+        [B.array(s) for s in scales[:-1]],
+    )
 
 
 def encoder_inputs(B, sample: Sample):
@@ -71,6 +80,8 @@ def encoder_inputs(B, sample: Sample):
     if not sample.inputs:
         with torch.no_grad():
             Vs = [sample.V0, *sample.targets]
-            sample.inputs.append([geometry_features(B, V, mesh) for V, mesh in zip(Vs[1:], sample.meshes[1:], strict=True)])
+            sample.inputs.append(
+                [geometry_features(B, V, mesh) for V, mesh in zip(Vs[1:], sample.meshes[1:], strict=True)]
+            )
             sample.inputs.append([details(B, Vs[i], Vs[i + 1], sample.meshes[i]) for i in range(1, len(Vs) - 1)])
     return sample.inputs

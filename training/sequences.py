@@ -5,6 +5,7 @@ tenth goes to val). OUT/train and OUT/val get one .npz per sequence: V0, F0, V, 
 400-face base there are `--variants` random ones (paper: random decimation as augmentation), and every fourth mesh
 gets a 100-face base with one more level, so that the last step of the network learns to be repeated.
 """
+
 import argparse
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,12 +43,19 @@ def tasks(folder: Path, out: Path, variants: int) -> list[Task]:
     if not found:
         raise FileError(f"Expected mesh files in {folder}, found none; give a folder of .ply, .obj, .stl, .glb or .drc")
     out_of = {split: out / split for split in ("train", "val")}
-    result = [Task(f"{split}/{name}", path, out_of[split] / f"{name}.npz", LodSettings()) for name, path, split in found]
+    result = [
+        Task(f"{split}/{name}", path, out_of[split] / f"{name}.npz", LodSettings()) for name, path, split in found
+    ]
     train = [(name, path) for name, path, split in found if split == "train"]
     for k in range(1, variants + 1):
-        result += [Task(f"train/{name}.v{k}", path, out_of["train"] / f"{name}.v{k}.npz", LodSettings(variant=k)) for name, path in train]
-    result += [Task(f"train/{name}.b100", path, out_of["train"] / f"{name}.b100.npz", LodSettings(base_faces=100, levels=4))
-               for name, path in train[::4]]
+        result += [
+            Task(f"train/{name}.v{k}", path, out_of["train"] / f"{name}.v{k}.npz", LodSettings(variant=k))
+            for name, path in train
+        ]
+    result += [
+        Task(f"train/{name}.b100", path, out_of["train"] / f"{name}.b100.npz", LodSettings(base_faces=100, levels=4))
+        for name, path in train[::4]
+    ]
     return result
 
 
@@ -58,8 +66,14 @@ def build(task: Task) -> dict:
     if not np.isfinite(lod.V).all():
         raise ValueError("positions are not finite")
     temporary = task.out.with_suffix(".tmp.npz")
-    np.savez(temporary, V0=lod.V0.astype(np.float32), F0=lod.F0, V=lod.V.astype(np.float32), N=lod.N.astype(np.float32),
-             levels=np.int64(lod.levels))
+    np.savez(
+        temporary,
+        V0=lod.V0.astype(np.float32),
+        F0=lod.F0,
+        V=lod.V.astype(np.float32),
+        N=lod.N.astype(np.float32),
+        levels=np.int64(lod.levels),
+    )
     temporary.replace(task.out)
     return {"faces": len(lod.F0), "message": lod.message}
 
@@ -74,7 +88,9 @@ def main() -> None:
     options = parser.parse_args()
     for split in ("train", "val"):
         (options.out / split).mkdir(parents=True, exist_ok=True)
-    jobs.run(build, tasks(options.meshes, options.out, options.variants), options.out / "built.jsonl", options.processes)
+    jobs.run(
+        build, tasks(options.meshes, options.out, options.variants), options.out / "built.jsonl", options.processes
+    )
 
 
 if __name__ == "__main__":

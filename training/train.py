@@ -1,11 +1,12 @@
 """Train the encoder and decoder: `python -m training.train SEQUENCES OUT [--hours H] [--init WEIGHTS]`.
 
 SEQUENCES holds train/ and val/ folders of cached LoD sequences (see `training.sequences`). OUT gets checkpoint.npz
-(resumed from when present), bases.npz, log.csv and the weights; `training.curve` draws the log. Each step takes one sequence: encode, keep a random
-prefix of the features (none, some, all), add quantization noise, decode, and move the network - and, when no features
+(resumed from when present), bases, log.csv and the weights; `training.curve` draws the log. Each step takes one
+sequence: encode, keep a random prefix of the features (none, some, all), add quantization noise, decode, and move the network - and, when no features
 are kept, the base of that sequence - against the losses. With --processes each has its share of the sequences, and
 gradients are averaged.
 """
+
 import argparse
 import csv
 import json
@@ -34,27 +35,29 @@ class TrainConfig:
     """All knobs."""
 
     network: NetworkConfig = NetworkConfig()
-    hours: float = 2.0             # length of the run, and of the cosine schedule
-    learning_rate: float = 1e-3    # Adam, as the paper
-    weight_decay: float = 1e-6     # as the paper
-    base_rate: float = 8e-4        # Adam on the base positions, unit cube
-    tangential: float = 0.04       # weight of the sliding part of L_corr
-    coarse: float = 0.3            # weight of L_corr at the levels before the last
-    jacobian: float = 0.5          # weight of L_jacobian
-    sparsity: float = 0.01         # weight of L_sparsity
-    noise: float = 0.25            # quantization step of the features
+    hours: float = 2.0  # length of the run, and of the cosine schedule
+    learning_rate: float = 1e-3  # Adam, as the paper
+    weight_decay: float = 1e-6  # as the paper
+    base_rate: float = 8e-4  # Adam on the base positions, unit cube
+    tangential: float = 0.04  # weight of the sliding part of L_corr
+    coarse: float = 0.3  # weight of L_corr at the levels before the last
+    jacobian: float = 0.5  # weight of L_jacobian
+    sparsity: float = 0.01  # weight of L_sparsity
+    noise: float = 0.25  # quantization step of the features
     kept: tuple[float, ...] = (0.4, 0.35, 0.25)  # chance of: no features, a random number of them, all
     gradient_norm: float = 2.0
-    average: float = 0.998         # of the moving average of the weights, which is what ships
+    average: float = 0.998  # of the moving average of the weights, which is what ships
     validate_every: int = 1000
-    warm_up: int = 500             # steps in which the statistics of batch normalization are gathered; then they stay
+    warm_up: int = 500  # steps in which the statistics of batch normalization are gathered; then they stay
     seed: int = 0
 
 
 def random_prefix(features: list, sample: Sample, random: np.random.Generator) -> list:
     """A random prefix of the features in order of magnitude (times edge length and area), zeros elsewhere."""
-    score = [f.detach().norm(dim=1) * s * torch.exp(0.5 * torch.randn(len(f))) for f, s in
-             zip(features, sample.face_scale, strict=True)]
+    score = [
+        f.detach().norm(dim=1) * s * torch.exp(0.5 * torch.randn(len(f)))
+        for f, s in zip(features, sample.face_scale, strict=True)
+    ]
     total = sum(len(s) for s in score)
     count = int(10 * (total / 10) ** random.random())
     threshold = torch.cat(score).topk(count).values[-1]
@@ -67,7 +70,7 @@ def objective(B, config: TrainConfig, sample: Sample, decoded: list):
     total = 0
     for i, (V, target, w) in enumerate(zip(decoded, sample.targets, sample.vertex_weights, strict=True), 1):
         level = 1.0 if i == sample.levels else config.coarse
-        total = total + level * losses.correspondence(V, target, sample.normals[:len(V)], w, config.tangential)
+        total = total + level * losses.correspondence(V, target, sample.normals[: len(V)], w, config.tangential)
     bend = losses.normal_jacobian(B, decoded[-1], sample.meshes[-1], sample.face_normals, sample.face_weights)
     return weight * total + config.jacobian * bend
 
@@ -104,7 +107,13 @@ def validate(B, params: dict, samples: list, config: TrainConfig, base_steps: in
                 mask = torch.zeros(len(score), dtype=torch.bool)
                 mask[score.topk(k).indices] = True
                 parts = torch.split(mask, [len(f) for f in features])
-                V = decode(B, params, sample.V0, [f * p[:, None] for f, p in zip(features, parts, strict=True)], sample.meshes[:-1])[-1]
+                V = decode(
+                    B,
+                    params,
+                    sample.V0,
+                    [f * p[:, None] for f, p in zip(features, parts, strict=True)],
+                    sample.meshes[:-1],
+                )[-1]
                 error = ((V - sample.targets[-1]) * sample.normals).sum(1).abs()
                 sums[str(count)] += float((error * sample.vertex_weights[-1]).sum())
                 if f"degrees_{count}" in sums:
@@ -129,15 +138,20 @@ class Trainer:
         self.random = np.random.default_rng([self.config.seed, rank, int(time.time())])
         torch.manual_seed(self.config.seed + rank)
         self.B, self.quiet = TorchBackend(), TorchBackend()
-        self.paths = sorted((options.sequences / "train").glob("*.npz"))[rank::options.processes]
+        self.paths = sorted((options.sequences / "train").glob("*.npz"))[rank :: options.processes]
         found = sorted((options.sequences / "val").glob("*.npz"))
-        self.val = [load(p, self.quiet) for p in found[::max(1, len(found) // options.val)][:options.val]] if rank == 0 else []
+        self.val = (
+            [load(p, self.quiet) for p in found[:: max(1, len(found) // options.val)][: options.val]]
+            if rank == 0
+            else []
+        )
         self.samples: dict[Path, Sample] = {}
         self.params = map_tree(torch.from_numpy, initial_parameters(self.config.network, self.config.seed))
         self.leaves = flatten(self.params)
         self.trained = {k: v.requires_grad_(True) for k, v in self.leaves.items() if not k.endswith((".mean", ".var"))}
         self.optimiser = torch.optim.Adam(
-            list(self.trained.values()), lr=self.config.learning_rate, weight_decay=self.config.weight_decay)
+            list(self.trained.values()), lr=self.config.learning_rate, weight_decay=self.config.weight_decay
+        )
         self.average = {k: v.detach().clone() for k, v in self.leaves.items()}
         self.step, self.trained_seconds, self.running = 0, 0.0, []
         self.bases = self._restore()
@@ -158,8 +172,11 @@ class Trainer:
                 self.step, self.trained_seconds = int(z["step"]), float(z["seconds"])
                 for k, v in self.trained.items():
                     if "m:" + k in z.files:
-                        self.optimiser.state[v] = {"step": torch.tensor(float(self.step)), "exp_avg": torch.from_numpy(z["m:" + k]),
-                                                   "exp_avg_sq": torch.from_numpy(z["v:" + k])}
+                        self.optimiser.state[v] = {
+                            "step": torch.tensor(float(self.step)),
+                            "exp_avg": torch.from_numpy(z["m:" + k]),
+                            "exp_avg_sq": torch.from_numpy(z["v:" + k]),
+                        }
             else:
                 self.step = self.config.warm_up
         bases = {}
@@ -179,7 +196,9 @@ class Trainer:
 
     def _average_gradients(self) -> None:
         """Mean of the gradients of all processes."""
-        flat = torch.cat([torch.zeros_like(v).reshape(-1) if v.grad is None else v.grad.reshape(-1) for v in self.trained.values()])
+        flat = torch.cat(
+            [torch.zeros_like(v).reshape(-1) if v.grad is None else v.grad.reshape(-1) for v in self.trained.values()]
+        )
         if self.options.processes > 1:
             parallel.all_reduce(flat)
             flat /= self.options.processes
@@ -190,7 +209,11 @@ class Trainer:
         """One sample, forward, backward, update; progress in 0..1 along the schedule."""
         config, B, params = self.config, self.B, self.params
         for group in self.optimiser.param_groups:
-            group["lr"] = config.learning_rate * min(1, (self.step + 1) / 200) * (0.02 + 0.98 * (1 + np.cos(np.pi * progress)) / 2)
+            group["lr"] = (
+                config.learning_rate
+                * min(1, (self.step + 1) / 200)
+                * (0.02 + 0.98 * (1 + np.cos(np.pi * progress)) / 2)
+            )
         B.momentum = 1 / (self.step + 2) if self.step < config.warm_up else None
         sample = self._sample()
         V0 = sample.V0.clone().requires_grad_(True)
@@ -222,21 +245,34 @@ class Trainer:
 
     def checkpoint(self, seconds: float) -> None:
         """Write this process's bases; in the first process also validate, log, and write the checkpoint and the weights."""
-        known = {**{k: v.numpy() for k, v in self.bases.items()}, **{s.name: s.V0.numpy() for s in [*self.samples.values(), *self.val]}}
+        known = {
+            **{k: v.numpy() for k, v in self.bases.items()},
+            **{s.name: s.V0.numpy() for s in [*self.samples.values(), *self.val]},
+        }
         save(self.out / f"bases.{self.rank}.npz", known)
         if self.rank:
             return
         result = validate(self.quiet, unflatten(self.average), self.val, self.config, base_steps=6)
-        row = {"step": self.step, "seconds": round(seconds), "loss": round(float(np.mean(self.running or [0])), 4),
-               **{k: round(v, 3) for k, v in result.items()}}
+        row = {
+            "step": self.step,
+            "seconds": round(seconds),
+            "loss": round(float(np.mean(self.running or [0])), 4),
+            **{k: round(v, 3) for k, v in result.items()},
+        }
         self.running = []
         print(json.dumps(row), flush=True)
-        state = {"step": np.int64(self.step), "seconds": np.float64(seconds), "config": np.array(json.dumps(asdict(self.config)))}
+        state = {
+            "step": np.int64(self.step),
+            "seconds": np.float64(seconds),
+            "config": np.array(json.dumps(asdict(self.config))),
+        }
         for k, v in self.leaves.items():
             state["p:" + k], state["a:" + k] = v.detach().numpy(), self.average[k].numpy()
         for k, v in self.trained.items():
             if v in self.optimiser.state:
-                state["m:" + k], state["v:" + k] = (self.optimiser.state[v][n].numpy() for n in ("exp_avg", "exp_avg_sq"))
+                state["m:" + k], state["v:" + k] = (
+                    self.optimiser.state[v][n].numpy() for n in ("exp_avg", "exp_avg_sq")
+                )
         save(self.out / "checkpoint.npz", state)
         folded_tree = folded(unflatten({k: v.numpy() for k, v in self.average.items()}))
         weight_file.save(self.out / "weights.npz", folded_tree, self.config.network)
@@ -275,7 +311,9 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--hours", type=float, default=TrainConfig.hours, help="in all, over resumed runs")
     parser.add_argument("--rate", type=float, default=TrainConfig.learning_rate)
-    parser.add_argument("--init", type=Path, help="checkpoint whose network and bases to start from, with a new schedule")
+    parser.add_argument(
+        "--init", type=Path, help="checkpoint whose network and bases to start from, with a new schedule"
+    )
     parser.add_argument("--val", type=int, default=16, help="validation sequences")
     parser.add_argument("--processes", type=int, default=1)
     options = parser.parse_args()

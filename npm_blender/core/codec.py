@@ -1,4 +1,5 @@
 """Compress a mesh to an `.npmesh` stream and open one again: the summary of the whole core."""
+
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -21,12 +22,12 @@ from .lod import levels as lod_levels
 from .mesh import Frame, TriMesh
 from .operators import MeshIndex
 from .progress import Progress, no_progress, part
-from .settings import CompressSettings
 from .progressive import ProgressiveMesh, open_stream
+from .settings import CompressSettings
 from .stream import Header, write_stream
 from .subdivide import Level, hierarchy
 
-REFINE_STEPS = 40
+REFINE_STEPS = 30
 FEATURE_STEP = 0.25  # quantization step on the finest trained level; the noise that the network is trained with
 
 
@@ -86,8 +87,18 @@ def compress(mesh: TriMesh, settings: CompressSettings | None = None, progress: 
     settings = settings or CompressSettings()
     refine_steps = _refine_steps(settings)
     model = weight_file.load()
-    clock = _Clock(progress, {"clean": 1, "decimate": 4, "levels": 1, "encode": 1, "refine": 24 if refine_steps else 0.01,
-                              "order": 0.5, "write": 0.5})
+    clock = _Clock(
+        progress,
+        {
+            "clean": 1,
+            "decimate": 4,
+            "levels": 1,
+            "encode": 1,
+            "refine": 24 if refine_steps else 0.01,
+            "order": 0.5,
+            "write": 0.5,
+        },
+    )
     cleaned, cleaning = clock.run("clean", clean, mesh, settings.lod.clean)
     frame = Frame.of(cleaned.V)
     unit = TriMesh(frame.to_unit(cleaned.V), cleaned.F)
@@ -102,8 +113,12 @@ def compress(mesh: TriMesh, settings: CompressSettings | None = None, progress: 
     sender = _Sender(model.params, unit, lod, levels, settings, refine_steps)
     data, features = sender.send(clock, model, frame, mesh)
     messages = tuple(m for m in (lod.message,) if m)
-    return Compressed(data, CompressReport(
-        len(mesh.F), len(lod.F0), lod.levels, len(data), features, cleaning.summary, messages, clock.seconds))
+    return Compressed(
+        data,
+        CompressReport(
+            len(mesh.F), len(lod.F0), lod.levels, len(data), features, cleaning.summary, messages, clock.seconds
+        ),
+    )
 
 
 def _refine_steps(settings: CompressSettings) -> int:
@@ -117,8 +132,15 @@ def _refine_steps(settings: CompressSettings) -> int:
 class _Sender:
     """The steps of the sender from the LoD sequence to bytes."""
 
-    def __init__(self, params: dict, unit: TriMesh, lod: LodSequence, levels: list[Level], settings: CompressSettings,
-                 refine_steps: int) -> None:
+    def __init__(
+        self,
+        params: dict,
+        unit: TriMesh,
+        lod: LodSequence,
+        levels: list[Level],
+        settings: CompressSettings,
+        refine_steps: int,
+    ) -> None:
         self.params, self.unit, self.lod, self.levels, self.settings = params, unit, lod, levels, settings
         self.refine_steps = refine_steps
         self.meshes = [MeshIndex.of(NUMPY, level) for level in levels]
@@ -145,10 +167,18 @@ class _Sender:
             flat = np.concatenate(ints)
             sent = order[(flat[order] != 0).any(1)]
             level, face = ordering.split(sent, self.levels[:-1])
-            header = Header(model_id=model.model_id, weights_hash=model.digest, levels=self.lod.levels,
-                            position_bits=self.settings.position_bits, feature_steps=tuple(map(float, self.steps)),
-                            total_features=len(sent), source_faces=len(source.F), source_vertices=len(source.V),
-                            centre=tuple(map(float, frame.centre)), size=frame.size)
+            header = Header(
+                model_id=model.model_id,
+                weights_hash=model.digest,
+                levels=self.lod.levels,
+                position_bits=self.settings.position_bits,
+                feature_steps=tuple(map(float, self.steps)),
+                total_features=len(sent),
+                source_faces=len(source.F),
+                source_vertices=len(source.V),
+                centre=tuple(map(float, frame.centre)),
+                size=frame.size,
+            )
             return write_stream(header, grid, self.lod.F0, level, face, flat[sent]), len(sent)
 
         return clock.run("write", write)
@@ -160,7 +190,7 @@ class _Sender:
 
     def _encode(self, V0: np.ndarray, progress: Progress) -> list[np.ndarray]:
         progress(0.0, "Encoding")
-        Vs = [V0, *(self.lod.V[:level.n] for level in self.levels[1:])]
+        Vs = [V0, *(self.lod.V[: level.n] for level in self.levels[1:])]
         return encode(NUMPY, self.params, [NUMPY.array(V) for V in Vs], self.meshes)
 
     def _order(self, V0: np.ndarray, values: list[np.ndarray], progress: Progress) -> np.ndarray:

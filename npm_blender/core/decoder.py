@@ -5,6 +5,7 @@ and the transmitted features f^i (zero where none arrived) pass a face convoluti
 an edge's two faces displaces its midpoint, in the edge's local frame and in units of its length; the mean over both
 sides makes the result independent of the order of the two faces. Levels from 3 on reuse the network of level 2.
 """
+
 from .geometry import geometry_features
 from .operators import MeshIndex, bilinear_upsample, edge_frames, face_convolution, two_face_linear
 
@@ -26,7 +27,7 @@ def network_level(params: dict, level: int) -> dict:
 
 
 def decode_step(B, step: dict, V, hidden, f, mesh: MeshIndex):
-    """One level: V (n, 3), hidden (3 m, C) or None, f (m, 8) -> (V at the next level (n + e, 3), hidden for it (3 m, C'))."""
+    """One level: V (n, 3), hidden (3 m, C) or None, f (m, 8) -> (V at the next level (n + e, 3), hidden (3 m, C'))."""
     g = geometry_features(B, V, mesh)
     s = feature_slots(B, f)
     x = B.concat([g, s] if hidden is None else [hidden, g, s], 1)

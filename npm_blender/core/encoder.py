@@ -5,19 +5,20 @@ of the next level's midpoints, in edge frames) pass a face convolution, batch no
 a linear layer on the pooled features and on the details of M^(i-1) themselves gives f^(i-1). Levels that are finer
 than those trained on reuse the finest trained network.
 """
+
 from .geometry import geometry_features
 from .operators import MeshIndex, average_pool, edge_frames, face_convolution
 
 
 def details(B, V, V_next, mesh: MeshIndex):
-    """Offsets of the next level's midpoints V_next (n + e, 3) from those of V (n, 3), in half-edge frames over edge length.
+    """Offsets of the next level's vertices V_next (n + e, 3) from the midpoints of V (n, 3), in half-edge frames.
 
     Returns (3 m, 3): along, across, up, as each half-edge sees them; twenty times, so that they are of order 1, and at
     most 10 (half an edge), so that slivers do not drown the rest.
     """
     x, y, z, length = edge_frames(B, V, mesh)
     middle = (B.take(V, mesh.edge_a) + B.take(V, mesh.edge_b)) / 2
-    offset = (V_next[mesh.n:] - middle) / length
+    offset = (V_next[mesh.n :] - middle) / length
     seen = B.clip(B.concat([20 * (offset * axis).sum(1)[:, None] for axis in (x, y, z)], 1), 10)
     edge, sign = mesh.edge_of, mesh.side
     return B.concat([B.take(seen[:, :2], edge) * sign, B.take(seen[:, 2:], edge)], 1)
@@ -41,7 +42,8 @@ def encode(B, params: dict, Vs: list, meshes: list, inputs: list | None = None):
     last = len(meshes) - 1
     geometry, detail = inputs or (
         [geometry_features(B, V, mesh) for V, mesh in zip(Vs[1:], meshes[1:], strict=True)],
-        [details(B, Vs[i], Vs[i + 1], meshes[i]) for i in range(1, last)])
+        [details(B, Vs[i], Vs[i + 1], meshes[i]) for i in range(1, last)],
+    )
     detail = [details(B, Vs[0], Vs[1], meshes[0]), *detail]
     steps = params["encoder"]
     features, pooled = [], None

@@ -3,6 +3,7 @@
 A feature is one face's vector of 8 numbers at one level. Features of levels 0..L-1 are numbered one level after the
 other: number = offset of the level + face.
 """
+
 import numpy as np
 
 from .subdivide import Level
@@ -36,8 +37,8 @@ def gain_order(values: np.ndarray, gains: np.ndarray) -> np.ndarray:
 def measured_gains(errors: list[np.ndarray], levels: list[Level]) -> np.ndarray:
     """Reconstruction gain of every feature, (k,) float64, from decodes of growing sets of features.
 
-    errors: per face of the finest level, error times area of the decode with the features of no level, of level 0, of
-    levels 0 and 1, ... (L + 1 arrays of (m_L,)). A feature moves the surface over its own face, so its gain is what the
+    errors: per face of the finest level, error times area of the decode with the features of no level, of level
+    0, of levels 0 and 1, ... (L + 1 arrays of (m_L,)). A feature moves the surface over its own face, so its gain is what the
     features of its level save there; a parent counts at least as much as its best child, which builds on it.
     """
     gains = []

@@ -3,7 +3,8 @@
 The paper gives every face its area, three interior angles, three products of face and vertex normals, its centre and
 its normal. Centre and normal in world axes make the network depend on the pose (the paper rotates its training data
 in 90 degree steps against that); here the same six numbers are seen from the face itself: how far each neighbour's
-centre stands off the face's plane, and the angle to each neighbour's normal. In slots: 1 + 4 x 3 = 13 numbers, plus a flag per border edge.
+centre stands off the face's plane, and the angle to each neighbour's normal. In slots: 1 + 4 x 3 = 13 numbers, plus a
+flag per border edge.
 """
 from .operators import MeshIndex, face_normals, norm
 

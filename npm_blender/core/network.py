@@ -3,6 +3,7 @@
 Parameters are a plain tree of dicts and lists of arrays, so that both backends, the optimiser and the weight file see
 the same thing.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,10 @@ DETAILS = 3
 
 @dataclass(frozen=True)
 class NetworkConfig:
-    """Widths per slot (a face has three slots). decoder: hidden width of the steps 0, 1, ..; encoder: of the steps 1, 2, .. to levels 0, 1, .."""
+    """Widths per slot; a face has three slots.
+
+    decoder: hidden width of the steps from levels 0, 1, ..; encoder: of the steps to levels 0, 1, ...
+    """
 
     decoder: tuple[int, ...] = (32, 32, 16)
     encoder: tuple[int, ...] = (32, 16, 8)
@@ -36,15 +40,22 @@ def initial_parameters(config: NetworkConfig, seed: int = 0) -> dict:
         return layer
 
     def two_face(width_in, width_out, gain=1.0):
-        return {"own": dense(3 * width_in, width_out, gain), "other": dense(3 * width_in, width_out, gain),
-                "bias": np.zeros(width_out)}
+        return {
+            "own": dense(3 * width_in, width_out, gain),
+            "other": dense(3 * width_in, width_out, gain),
+            "bias": np.zeros(width_out),
+        }
 
     decoder, below = [], 0
     for width, above in zip(config.decoder, (*config.decoder[1:], config.decoder[-1]), strict=True):
         given = below + CHANNELS + SLOT_FEATURES
-        step = {"conv1": normalised(two_face(given, width), width), "conv2": normalised(two_face(width, width), width),
-                "skip": dense(given, width, 0.3), "displace": two_face(width + CHANNELS + SLOT_FEATURES, 3, 0.0),
-                "up": {name: dense(3 * width, above) for name in ("corner0", "corner1", "corner2", "centre")}}
+        step = {
+            "conv1": normalised(two_face(given, width), width),
+            "conv2": normalised(two_face(width, width), width),
+            "skip": dense(given, width, 0.3),
+            "displace": two_face(width + CHANNELS + SLOT_FEATURES, 3, 0.0),
+            "up": {name: dense(3 * width, above) for name in ("corner0", "corner1", "corner2", "centre")},
+        }
         for side in ("own", "other"):
             step["displace"][side][width + CHANNELS + 2, 2] = 0.05
         decoder.append(step)
@@ -52,9 +63,12 @@ def initial_parameters(config: NetworkConfig, seed: int = 0) -> dict:
     encoder = []
     for i, width in enumerate(config.encoder):
         above = config.encoder[min(i + 1, len(config.encoder) - 1)]
-        step = {"conv": normalised(two_face(CHANNELS + DETAILS + above, width), width),
-                "pool": {name: dense(3 * width, width) for name in ("own", "next", "prev", "centre")},
-                "features": dense(width, SLOT_FEATURES, 0.1), "direct": np.zeros((DETAILS, SLOT_FEATURES))}
+        step = {
+            "conv": normalised(two_face(CHANNELS + DETAILS + above, width), width),
+            "pool": {name: dense(3 * width, width) for name in ("own", "next", "prev", "centre")},
+            "features": dense(width, SLOT_FEATURES, 0.1),
+            "direct": np.zeros((DETAILS, SLOT_FEATURES)),
+        }
         step["direct"][2, 2] = 0.5
         encoder.append(step)
     return as_float32({"decoder": decoder, "encoder": encoder})

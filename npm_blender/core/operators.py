@@ -17,9 +17,9 @@ from .subdivide import Level
 class MeshIndex:
     """A level's connectivity as index arrays of a backend.
 
-    F (3 m,) corner vertices; opposite (3 m,); start, end (3 m,) vertices of each half-edge; edge_a, edge_b (e,) its ends;
-    left, right (e,) the half-edges of each edge (equal on the border); inner (3 m, 1) float: 0 on the border, else 1;
-    edge_of (3 m,): edge of each half-edge; side (3 m, 1) float: 1 if it is the edge's left half-edge, else -1.
+    F (3 m,) corner vertices, which half-edges start at; opposite (3 m,); end (3 m,) where they end; edge_a, edge_b (e,)
+    ends of each edge; left, right (e,) the half-edges of each edge (equal on the border); inner (3 m, 1) float: 0 on the
+    border, else 1; edge_of (3 m,): edge of each half-edge; side (3 m, 1) float: 1 if it is the edge's left half-edge, else -1.
     """
 
     m: int
@@ -55,7 +55,7 @@ def circulant(B, w):
     """
     c = len(w) // 3
     own, after, before = w[:c], w[c:2 * c], w[2 * c:]
-    # column block k is the output of slot k; its row block s is slot s of the face, which k sees as own, next or previous
+    # column block k is the output of slot k; its row block s is the face's slot s, which k sees as own, next or previous
     return B.concat([B.concat([own, before, after], 1), B.concat([after, own, before], 1),
                      B.concat([before, after, own], 1)], 0)
 
@@ -87,8 +87,8 @@ def face_convolution(B, x, opposite, layer):
 def bilinear_upsample(B, x, opposite, layer):
     """Features of the four children from a face and its neighbours: (3 m, C) -> (12 m, C').
 
-    The child at corner k blends its parent with the neighbours across the two edges of that corner, (2 e_i + e_a + e_b) / 4,
-    each turned so that the shared corner comes first; the centre child is the parent (paper: bilinear upsampling of
+    The child at corner k blends its parent with the neighbours across the two edges of that corner,
+    (2 e_i + e_a + e_b) / 4, each turned so that the shared corner comes first; the centre child is the parent (paper: bilinear upsampling of
     SubdivNet). With it goes a linear map per slot: layer corner0, corner1, corner2, centre (3 C, C').
     """
     m, width = len(x) // 3, layer["centre"].shape[1]
@@ -96,7 +96,7 @@ def bilinear_upsample(B, x, opposite, layer):
     y = x.reshape(m, -1) @ B.concat([circulant(B, layer["centre"])] + [corner_map(B, layer)], 1)
     centre, corner = B.split(y, [3 * width, 9 * width])
     centre, corner = centre.reshape(m, 1, 3, width), corner.reshape(3 * m, 3 * width)
-    # across edge k the neighbour sees the shared corner as the start of its next half-edge; across edge k - 1 as its own start
+    # the neighbour across edge k sees the shared corner at its next half-edge, the one across edge k - 1 at its own
     faces = corner.reshape(m, 3, -1)
     after = B.permute(B.turn(faces, 1).reshape(3 * m, -1), opposite)
     across = B.permute(corner, opposite).reshape(m, 3, -1)
@@ -106,7 +106,7 @@ def bilinear_upsample(B, x, opposite, layer):
 
 
 def corner_map(B, layer):
-    """Matrix (3 C, 9 C') from a face to the three slots of each of its three corner children, seen from their corners."""
+    """Matrix (3 C, 9 C') from a face to the three slots of each of its three corner children."""
     return circulant(B, B.concat([layer["corner0"], layer["corner1"], layer["corner2"]], 1))
 
 

@@ -1,4 +1,5 @@
 """The receiver: an opened `.npmesh` stream that decodes any number of its features to any of its levels."""
+
 from collections import OrderedDict
 
 import numpy as np
@@ -23,8 +24,10 @@ class ProgressiveMesh:
         header = stream.header
         model = weight_file.load(header.model_id)
         if model.digest != header.weights_hash:
-            raise WeightsError(f"Expected weights '{header.model_id}' {header.weights_hash.hex()}, found {model.digest.hex()}; "
-                               "install the version of the extension that wrote this file")
+            raise WeightsError(
+                f"Expected weights '{header.model_id}' {header.weights_hash.hex()}, found {model.digest.hex()}; "
+                "install the version of the extension that wrote this file"
+            )
         self.header, self.total_bytes = header, size
         self.levels, self.model_id, self.position_bits = header.levels, header.model_id, header.position_bits
         self.total_features, self.features = header.total_features, len(stream.level)
@@ -45,15 +48,13 @@ class ProgressiveMesh:
     def bytes_for(self, features: int) -> int:
         """Bytes of the shortest prefix that holds this many features; whole packets arrive, never parts."""
         features = self._checked_features(features)
-        at = int(np.searchsorted(self._packet_features, features))
-        return self.base_bytes if features == 0 else int(self._packet_bytes[at])
+        return int(self._packet_bytes[np.searchsorted(self._packet_features, features)])
 
     def features_for(self, size: int) -> int:
         """Features that a prefix of this many bytes holds. Raises SettingsError if it ends before the base mesh."""
         if size < self.base_bytes:
             raise SettingsError(f"Expected at least {self.base_bytes} bytes (the base mesh), found {size}")
-        at = int(np.searchsorted(self._packet_bytes, size, side="right"))
-        return int(self._packet_features[at - 1]) if at else 0
+        return int(self._packet_features[np.searchsorted(self._packet_bytes, size, side="right") - 1])
 
     def faces_at(self, level: int) -> int:
         """Faces of a level."""
@@ -64,7 +65,7 @@ class ProgressiveMesh:
         return self._levels[self._checked_level(level)].F
 
     def decode_positions(self, features: int | None = None, level: int | None = None) -> np.ndarray:
-        """Vertices (n, 3) float64, object space, of a level (None: finest) with the first `features` (None: all) features."""
+        """Vertices (n, 3) float64, object space, of a level (None: finest) with the first features (None: all)."""
         level = self._checked_level(level)
         return self._frame.to_object(self._unit_positions(self._checked_features(features), level).astype(np.float64))
 
@@ -85,7 +86,7 @@ class ProgressiveMesh:
         self._cache.move_to_end(features)
         while len(self._cache) > CACHED:
             self._cache.popitem(last=False)
-        return V[:self._levels[level].n]
+        return V[: self._levels[level].n]
 
     def _checked_level(self, level: int | None) -> int:
         level = self.levels if level is None else level

@@ -6,6 +6,7 @@ of importance after the other, each given the rounded ones before it, so that ev
 whole. Distances are to the nearest points of the input, not to fixed targets: sliding along the surface costs nothing.
 This is the only module of the core that needs torch.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +21,7 @@ from .surface import Surface
 UNIT = 15e-4  # distances of this size (unit frame) and normals off by this times 1000 weigh alike
 TANGENTIAL = 0.02
 NORMAL = 0.4
-STAGES = (40, 400, 2000)  # features at the ends of the stages; the last stage takes the rest
+STAGES = (40, 120, 400, 1500)  # features at the ends of the stages; the last stage takes the rest
 REQUERY = 10  # steps between searches for the nearest points
 
 
@@ -86,7 +87,7 @@ class Refiner:
         for step in range(self.steps):
             self.progress((self.stage + step / self.steps) / self.total, "Refining")
             optimiser.param_groups[0]["lr"] = rate * (1 - 0.9 * step / self.steps)
-            V = decode()
+            V = decode(step)
             if step % REQUERY == 0:
                 nearest = self._nearest(V)
             gradients = torch.autograd.grad(self._loss(V, nearest), leaves)
@@ -101,7 +102,7 @@ class Refiner:
         none = [self.torch.zeros(mesh.m, 8) for mesh in self.meshes[:-1]]
         low = V0[self.meshes[0].F.numpy().reshape(-1, 3)]
         edge = float(np.linalg.norm(low[:, 0] - low[:, 1], axis=1).mean())
-        self._descend([leaf], 0.01 * edge, lambda: self._decode(leaf, none))
+        self._descend([leaf], 0.01 * edge, lambda step: self._decode(leaf, none))
         return leaf.detach().numpy().astype(np.float64)
 
     def level_by_level(self, V0: np.ndarray, features: list[np.ndarray]) -> list[np.ndarray]:
@@ -114,31 +115,42 @@ class Refiner:
         done = [self.torch.zeros(f.shape) for f in features]
         for i, f in enumerate(features):
             leaf = self.B.array(f.copy()).requires_grad_(True)
-            self._descend([leaf], 0.08, lambda i=i, leaf=leaf: self._decode(base, [*done[:i], leaf, *done[i + 1:]]))
+            self._descend([leaf], 0.08, lambda step, i=i, leaf=leaf: self._decode(base, [*done[:i], leaf, *done[i + 1 :]]))
             done[i] = leaf.detach()
         return [f.numpy() for f in done]
 
-    def staged(self, V0: np.ndarray, features: list[np.ndarray], order: np.ndarray, steps: np.ndarray) -> list[np.ndarray]:
-        """Integers (m_i, 8) of the features, fitted and rounded stage by stage along `order` (numbers, see `features`).
+    def staged(
+        self, V0: np.ndarray, features: list[np.ndarray], order: np.ndarray, steps: np.ndarray
+    ) -> list[np.ndarray]:
+        """Integers (m_i, 8) of the features, fitted and rounded stage by stage along `order` (feature numbers).
 
         steps (L,): quantization step of each level.
         """
-        base = self.B.array(V0)
+        torch, base = self.torch, self.B.array(V0)
         sizes = [len(f) for f in features]
         rank = np.full(sum(sizes), len(order))
         rank[order] = np.arange(len(order))
-        ranks = np.split(rank, np.cumsum(sizes)[:-1])
-        values = [f.copy() for f in features]
+        ranks = [self.B.array(r[:, None]) for r in np.split(rank, np.cumsum(sizes)[:-1])]
         ints = [np.zeros(f.shape, np.int32) for f in features]
         start = 0
         for stop in (*(s for s in STAGES if s < len(order)), len(order)):
-            masks = [self.B.array(((r >= start) & (r < stop))[:, None]) for r in ranks]
             sent = [self.B.array(i * s) for i, s in zip(ints, steps, strict=True)]
-            leaves = [self.B.array(v.copy()).requires_grad_(True) for v in values]
-            self._descend(leaves, 0.08, lambda s=sent, x=leaves, m=masks: self._decode(
-                base, [a + b * k for a, b, k in zip(s, x, m, strict=True)]), masks)
+            masks = [(r >= start) & (r < stop) for r in ranks]
+            leaves = [self.B.array(f.copy()).requires_grad_(True) for f in features]
+            cuts = np.random.default_rng(stop).integers(start + 1, stop + 1, self.steps)
+
+            def prefix(step, start=start, stop=stop, sent=sent, leaves=leaves, cuts=cuts):
+                """Every other step sees only a part of the stage, so that prefixes that end inside it are good too."""
+                cut = stop if step % 2 == 0 else int(cuts[step])
+                values = []
+                for s, leaf, r, size in zip(sent, leaves, ranks, steps, strict=True):
+                    rounded = leaf + (torch.round(leaf / float(size)) * float(size) - leaf).detach()
+                    values.append(s + (rounded if 2 * step > self.steps else leaf) * ((r >= start) & (r < cut)))
+                return self._decode(base, values)
+
+            self._descend(leaves, 0.08, prefix, masks)
             for i, (leaf, mask) in enumerate(zip(leaves, masks, strict=True)):
-                new = mask.numpy()[:, 0] > 0
+                new = mask.numpy()[:, 0]
                 ints[i][new] = np.rint(leaf.detach().numpy()[new] / steps[i])
             start = stop
         return ints

@@ -1,7 +1,9 @@
 """The trained weights: an .npz of arrays with the configuration beside them, identified by a hash of their content."""
+
 import hashlib
 import json
 import os
+import zipfile
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -46,11 +48,15 @@ def load(model_id: str = DEFAULT, folder: Path = FOLDER) -> Weights:
     """The weights of a model. Raises WeightsError if they are missing or damaged."""
     path = folder / f"{model_id}.npz"
     if not path.is_file():
-        raise WeightsError(f"Expected trained weights '{model_id}' in {folder.name}/, found none; reinstall the extension")
+        raise WeightsError(
+            f"Expected trained weights '{model_id}' in {folder.name}/, found none; reinstall the extension"
+        )
     try:
         with np.load(path, allow_pickle=False) as z:
             config = NetworkConfig(**{k: tuple(v) for k, v in json.loads(str(z["config"])).items()})
             params = unflatten({k: z[k] for k in z.files if k != "config"})
-    except (OSError, ValueError, KeyError, TypeError, EOFError) as error:
-        raise WeightsError(f"Expected readable weights in {path.name}, found a damaged file ({error}); reinstall the extension") from error
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise WeightsError(
+            f"Expected readable weights in {path.name}, found a damaged file ({error}); reinstall the extension"
+        ) from error
     return Weights(params, config, model_id, digest(params))
