@@ -115,7 +115,8 @@ class Refiner:
         done = [self.torch.zeros(f.shape) for f in features]
         for i, f in enumerate(features):
             leaf = self.B.array(f.copy()).requires_grad_(True)
-            self._descend([leaf], 0.08, lambda step, i=i, leaf=leaf: self._decode(base, [*done[:i], leaf, *done[i + 1 :]]))
+            after = done[i + 1 :]
+            self._descend([leaf], 0.08, lambda step, i=i, x=leaf, y=after: self._decode(base, [*done[:i], x, *y]))
             done[i] = leaf.detach()
         return [f.numpy() for f in done]
 
