@@ -38,8 +38,10 @@ class Scratch(NamedTuple):
     def make() -> "Scratch":
         """Work space for patches of up to MAX_RING faces."""
         n = MAX_RING + 8
-        return Scratch(np.zeros(n, np.int32), np.zeros(n, np.int32), np.zeros(3, np.int32), np.zeros(n, np.complex128),
-                       np.zeros((2 * n, 3)), np.zeros((n, 6), np.complex128), np.zeros((3, 4), np.complex128), np.zeros((6, 7)))
+        return Scratch(
+            ring=np.zeros(n, np.int32), face=np.zeros(n, np.int32), dead=np.zeros(3, np.int32),
+            uv=np.zeros(n, np.complex128), cots=np.zeros((2 * n, 3)), S=np.zeros((n, 6), np.complex128),
+            B=np.zeros((3, 4), np.complex128), A=np.zeros((6, 7)))
 
 
 @njit(cache=True)
@@ -54,7 +56,7 @@ def _normal(ax, ay, az, bx, by, bz, cx, cy, cz):
 
 @njit(cache=True)
 def shape_holds(X, ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
-    """Whether no ring face turns by more than the angle of `cosine`, and none gets worse than quality or the worst before."""
+    """Whether no ring face turns by more than `cosine` allows, or gets worse than `quality` and the worst before."""
     worst_before = worst_after = 1.0
     for q in range(t):
         a, b = ring[q], ring[q + 1 if q + 1 < r else 0]
@@ -195,7 +197,8 @@ def run(m, Q, queue, hist, scratch, counts, target, collapses, cosine, quality, 
             at = ((counts[6] >> 33) & 0x3FFFFFFF) % max(min(_CHOICES, size // 8), 1)
         e = queue.heap[at]
         size = take(queue.heap, queue.place, queue.cost, e, REJECTED, size)
-        removed, r, i = _try(m, Q, e, hist, scratch, counts, counts[7] != 0 and counts[0] == target + 1, cosine, quality, stretch, convex)
+        only_border = counts[7] != 0 and counts[0] == target + 1
+        removed, r, i = _try(m, Q, e, hist, scratch, counts, only_border, cosine, quality, stretch, convex)
         if removed == 0:
             continue
         done += 1

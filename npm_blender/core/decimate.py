@@ -23,8 +23,12 @@ SLICE = 2000  # collapses between two calls of `progress`
 
 
 class Stage(NamedTuple):
-    """Tests of a collapse: least cosine between a face's normal before and after, least face quality 4 sqrt(3) A / sum l^2
-    (or that of the patch before, if lower), largest distortion of the flattening, and whether the circle may be used."""
+    """Tests of a collapse.
+
+    cosine: least cosine between a face's normal before and after; quality: least face quality 4 sqrt(3) A / sum l^2 (or
+    that of the patch before, if lower); stretch: largest distortion of the conformal flattening; convex: whether the
+    flattening on a circle may take its place.
+    """
 
     cosine: float
     quality: float
@@ -75,14 +79,16 @@ def _requeue(queue: Queue) -> int:
 def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progress = no_progress) -> Decimation:
     """Collapse the edges of an oriented manifold mesh, in the unit frame, down to base_faces faces.
 
-    variant 0 takes the cheapest edge; k > 0 a random one among about 100 cheapest, seeded by k. A closed mesh has an even
-    number of faces, so an odd target gives one face less. Deterministic. Raises MeshError if the mesh is not a manifold.
+    variant 0 takes the cheapest edge; k > 0 a random one among about 100 cheapest, seeded by k. A closed mesh has an
+    even number of faces, so an odd target gives one face less. Deterministic. Raises MeshError if the mesh is not an
+    oriented manifold, and whatever `progress` raises.
     """
     progress(0.0, "Decimating")
     half = half_edges(mesh)
     total, edges = len(mesh.F), len(half.start)
     quadrics = vertex_quadrics(half.X, half.corner, half.opposite)
-    queue = Queue(np.arange(edges, dtype=np.int32), np.full(edges, OUT, np.int32), edge_costs(quadrics, half.X, half.corner, half.start))
+    costs = edge_costs(quadrics, half.X, half.corner, half.start)
+    queue = Queue(np.arange(edges, dtype=np.int32), np.full(edges, OUT, np.int32), costs)
     heapify(queue.heap, queue.place, queue.cost, edges)
     history = History.empty(total)
     scratch = Scratch.make()
@@ -96,10 +102,10 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
         if reason == DONE:
             break
         if reason == EMPTY:
-            if counts[7] and counts[0] == base_faces + 1:
-                counts[7] = 0
-            elif stage + 1 < len(STAGES):
+            if stage + 1 < len(STAGES):
                 stage += 1
+            elif counts[7] and counts[0] == base_faces + 1:
+                counts[7] = stage = 0
             else:
                 break
             counts[1] = _requeue(queue)
@@ -111,12 +117,11 @@ def _result(mesh: TriMesh, half: Half, history: History, target: int) -> Decimat
     faces = np.flatnonzero(corner[:, 0] >= 0).astype(np.int32)
     vertices, F0 = np.unique(corner[faces], return_inverse=True)
     found = len(faces)
-    message = ""
-    if found > target:
-        message = f"Reached {found} of {target} base faces: no further collapse keeps the topology"
-        if len(mesh.F) <= target:
-            message = f"Reached {found} of {target} base faces: the mesh has no more"
-    elif found < target:
-        message = f"Reached {found} of {target} base faces: "
-        message += "the mesh has no more" if len(mesh.F) == found else "a closed mesh has an even number"
-    return Decimation(mesh, half.X[vertices], F0.reshape(-1, 3).astype(np.int32), vertices.astype(np.int32), faces, history, message)
+    reason = "no further collapse keeps topology and shape" if found > target else "no collapse removes a single face"
+    if len(mesh.F) < target:
+        reason = "the mesh has no more"
+    elif found < target and not (half.opposite == np.arange(len(half.opposite))).any():
+        reason = "a closed mesh has an even number"
+    message = "" if found == target else f"Reached {found} of {target} base faces: {reason}"
+    F0 = np.ascontiguousarray(F0.reshape(-1, 3), dtype=np.int32)
+    return Decimation(mesh, half.X[vertices], F0, vertices.astype(np.int32), faces, history, message)

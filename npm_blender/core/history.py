@@ -36,8 +36,9 @@ class History(NamedTuple):
         """No collapses yet, for a mesh with that many faces."""
         wide, narrow, entry = np.zeros(1, np.int64), np.zeros(1, np.int16), np.zeros(1, np.int32)
         none = np.full(faces, -1, np.int32)
-        return History(wide, wide.copy(), narrow, narrow.copy(), narrow.copy(), narrow.copy(), entry, entry.copy(), entry.copy(),
-                       entry.copy(), np.zeros(1, np.complex128), none, none.copy())
+        fields = {"first": wide, "at": wide, "uv": np.zeros(1, np.complex128), "head": none, "tail": none}
+        fields |= dict.fromkeys(_PER_COLLAPSE[2:], narrow) | dict.fromkeys(_PER_ENTRY, entry)
+        return History(**{k: v.copy() for k, v in fields.items()})
 
     def _resized(self, collapses: int, entries: int, positions: int) -> "History":
         def fit(a: np.ndarray, n: int) -> np.ndarray:

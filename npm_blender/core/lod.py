@@ -97,7 +97,10 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None) 
 
 
 def build_lod(mesh: TriMesh, settings: LodSettings, progress: Progress = no_progress) -> LodSequence:
-    """Decimate a manifold mesh in the unit frame and map the levels of the base onto it. Raises MeshError if not manifold."""
+    """Decimate a manifold mesh in the unit frame and map the levels of the base onto it.
+
+    Of the settings base_faces, levels and variant count here; cleaning comes before. Raises as `decimate`.
+    """
     decimation = decimate(mesh, settings.base_faces, settings.variant, part(progress, 0.0, 0.9))
     progress(0.9, "Mapping the levels")
     out = levels(decimation, settings.levels)

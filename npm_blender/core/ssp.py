@@ -30,7 +30,7 @@ def _triangle(hist, c, q, before):
 
 @njit(cache=True)
 def _step(hist, entry, b, to_before):
-    """Move barycentrics b (3,) of the entry's face to the other side of its collapse; returns the entry of the new face."""
+    """Move barycentrics b (3,) of the entry's face to the other side of its collapse; returns the new face's entry."""
     c = hist.collapse[entry]
     first = hist.first[c]
     k = hist.face[entry] & 3
@@ -88,7 +88,7 @@ def to_fine(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -
 
 
 def to_coarse(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points of the input mesh, face (k,) and barycentric (k, 3), as points of the base faces: the inverse of to_fine."""
+    """Points of the input mesh, face (k,) and barycentric (k, 3), as points of the base: the inverse of to_fine."""
     at = np.array(face, dtype=np.int32)
     b = np.array(barycentric, dtype=np.float64, order="C")
     _ascend(decimation.history, at, b)

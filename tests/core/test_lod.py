@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from .lod_meshes import sheet, sphere, torus, tube
 
 from npm_blender.core.decimate import decimate
 from npm_blender.core.errors import MeshError
@@ -9,6 +8,8 @@ from npm_blender.core.mesh import TriMesh
 from npm_blender.core.settings import LodSettings
 from npm_blender.core.subdivide import hierarchy, midpoints
 from npm_blender.core.topology import opposite_halfedges
+
+from .lod_meshes import sheet, sphere, torus, tube
 
 
 def settings_for(base_faces, depth=3):
@@ -89,7 +90,8 @@ def test_an_order_renumbers_the_same_sequence():
     level = hierarchy(ordered.F0, len(ordered.V0), 1)[0]
     gap = np.abs(midpoints(ordered.V[:level.n], level) - ordered.V[:level.n + len(level.edges)]).max()
     old = hierarchy(plain.F0, len(plain.V0), 1)[0]
-    assert gap == pytest.approx(np.abs(midpoints(plain.V[:old.n], old) - plain.V[:old.n + len(old.edges)]).max(), abs=1e-5)
+    expected = np.abs(midpoints(plain.V[:old.n], old) - plain.V[:old.n + len(old.edges)]).max()
+    assert gap == pytest.approx(expected, abs=1e-5)
 
 
 def test_level_corners_follow_the_subdivision():

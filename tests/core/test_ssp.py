@@ -2,11 +2,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from .lod_meshes import joined, sheet, sphere, torus, tube
 
 from npm_blender.core.decimate import decimate
 from npm_blender.core.ssp import to_coarse, to_fine
 from npm_blender.core.topology import opposite_halfedges
+
+from .lod_meshes import joined, sheet, sphere, torus, tube
 
 SHAPES = {"sphere": sphere, "torus": torus, "sheet": sheet, "tube": tube}
 
@@ -21,7 +22,7 @@ def at(V, F, face, b):
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.sampled_from(sorted(SHAPES)), st.integers(0, 1000), st.floats(0, 0.02), st.integers(20, 300), st.integers(0, 2))
+@given(st.sampled_from(sorted(SHAPES)), st.integers(0, 99), st.floats(0, 0.02), st.integers(20, 300), st.integers(0, 2))
 def test_coarse_to_fine_and_back_is_the_identity(shape, seed, noise, target, variant):
     out = decimate(SHAPES[shape](noise=noise, seed=seed), target, variant)
     face, b = points(len(out.F0), 300, seed)
