@@ -5,6 +5,7 @@ Without MESH, Blender makes a detailed sculpt to compress. Needs Blender: its Py
 
 import argparse
 import zlib
+from importlib.util import find_spec
 from pathlib import Path
 
 from ..core.settings import CompressSettings
@@ -15,6 +16,7 @@ from .info import STOPS
 
 HELP = "compress, measure and render a mesh, by default one that Blender makes"
 SAMPLES = 200_000  # points per direction; steady to about 0.3 %, and a fifth of the time of `evaluate`
+REFINE_STEPS = 4  # the demo is to take less than a minute; `compress` takes the codec's default, and the time it needs
 WIRE_LEVELS = 3  # finer levels are so dense that their edges would hide the surface
 Y_UP = (".obj", ".glb", ".gltf")  # formats in which up is usually y; it matters for the picture only
 
@@ -24,6 +26,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("mesh", metavar="MESH", type=Path, nargs="?", help="mesh to use: .ply .obj .stl .glb .drc")
     parser.add_argument(
         "--out", metavar="DIR", type=Path, default=Path("out/demo"), help="folder to write to (default %(default)s)"
+    )
+    parser.add_argument(
+        "--refine-steps",
+        metavar="K",
+        type=int,
+        default=None,
+        help=f"as for compress (default {REFINE_STEPS} with torch, else 0: the demo is quick)",
     )
     parser.add_argument(
         "--up",
@@ -38,6 +47,10 @@ def run(args: argparse.Namespace) -> None:
     from ..core.meshfile import read_mesh, write_mesh
     from ..demo.blender import require_blender
 
+    steps = args.refine_steps
+    if steps is None:
+        steps = REFINE_STEPS if find_spec("torch") else 0
+    settings = CompressSettings(refine_steps=steps)
     if args.mesh is not None:
         check_input(args.mesh)
     require_blender()
@@ -46,7 +59,7 @@ def run(args: argparse.Namespace) -> None:
         source = args.mesh if args.mesh is not None else _sculpt(args.out, progress)
         name = source.stem if args.mesh is not None else "sculpt"
         target = check_output(args.out / f"{name}{STREAM_SUFFIX}", source, (STREAM_SUFFIX,))
-        summary = compress.compress_file(source, target, CompressSettings(), progress)
+        summary = compress.compress_file(source, target, settings, progress)
         for message in summary["messages"]:
             progress.note(message)
         original, stream = read_mesh(source), open_stream_file(target)

@@ -113,7 +113,7 @@ def _bust() -> bpy.types.Object:
     steps = np.linspace(0, len(profile) - 1, 200)
     z, radius = (np.interp(steps, np.arange(len(profile)), column) for column in profile.T)
     soft = np.convolve(np.pad(radius, 5, mode="edge"), np.ones(11) / 11, "valid")
-    bust = _tube("Bust", np.stack([0 * z, 0.10 * (z + 1.4), z], 1), soft, 96)
+    bust = _tube("Bust", np.stack([0 * z, 0.10 * np.maximum(z + 1.2, 0) ** 1.5, z], 1), soft, 96)
     bust.matrix_world = Matrix.Translation((0, 0.20, 0)) @ Matrix.Diagonal((1.0, 0.72, 1.0, 1.0))
     return bust
 
@@ -211,5 +211,5 @@ def displacement(V: np.ndarray, N: np.ndarray) -> np.ndarray:
     )
     scales = _step(cells, -0.05, 0.42) * (0.034 * skull + 0.050 * cloth)
     grain = 0.030 * forms * (1 - foot) * (1 - 0.7 * muzzle) + 0.006 * pores * (1 - foot) * (1 + np.minimum(horn, 1))
-    pupil = -0.016 * _step(iris, 15, 12) + 0.010 * _step(iris, 30, 27) * _step(iris, 15, 18)
+    pupil = -0.026 * _step(iris, 22, 12) + 0.012 * _step(iris, 40, 30) * _step(iris, 20, 28)
     return skin * (folds + scales + grain) + (1 - skin) * pupil
