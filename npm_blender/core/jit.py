@@ -13,5 +13,13 @@ COMPILED = numba is not None and not numba.config.DISABLE_JIT
 
 
 def njit(function: Callable) -> Callable:
-    """`function` compiled by numba with an on-disk cache, or `function` itself where numba is missing."""
-    return function if numba is None else numba.njit(cache=True)(function)
+    """`function` compiled by numba with an on-disk cache, or `function` itself where numba is missing.
+
+    The cache belongs to the name under which the package was imported (`npm_blender` in a worker process,
+    `bl_ext.<repository>.npm_blender` inside Blender): numba would share one cache between both, and its entries
+    import their module by name.
+    """
+    if numba is None:
+        return function
+    function.__qualname__ = f"{function.__module__.replace('.', '_')}.{function.__qualname__}"
+    return numba.njit(cache=True)(function)
