@@ -1,15 +1,27 @@
-"""The only conversion between Blender's meshes and the core's arrays, both ways, in object space."""
+"""The only conversion between Blender's meshes and the core's arrays, both ways, in object space.
+
+NumPy is imported when it is first needed, here and in the other modules that registration loads: importing it takes
+longer than everything that Blender's start may wait for.
+"""
+from typing import TYPE_CHECKING
+
 import bpy
-import numpy as np
 
-from .core.mesh import TriMesh
+if TYPE_CHECKING:
+    import numpy as np
+
+    from .core.mesh import TriMesh
 
 
-def mesh_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> TriMesh:
+def mesh_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> "TriMesh":
     """The evaluated mesh of `obj` (modifiers applied), triangulated as Blender draws it.
 
     Returns a TriMesh in object space, in Blender units. Raises MeshError if it has no faces or is not finite.
     """
+    import numpy as np
+
+    from .core.mesh import TriMesh
+
     evaluated = obj.evaluated_get(depsgraph)
     mesh = evaluated.to_mesh()
     try:
@@ -23,11 +35,13 @@ def mesh_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> TriMesh:
     return TriMesh.from_arrays(V, F)
 
 
-def build(mesh: bpy.types.Mesh, V: np.ndarray, F: np.ndarray) -> None:
+def build(mesh: bpy.types.Mesh, V: "np.ndarray", F: "np.ndarray") -> None:
     """Replace the geometry of `mesh` by vertices V (n, 3) and triangles F (m, 3), shaded smooth.
 
     Materials and custom properties of the datablock stay.
     """
+    import numpy as np
+
     mesh.clear_geometry()
     mesh.vertices.add(len(V))
     mesh.loops.add(F.size)
@@ -39,8 +53,10 @@ def build(mesh: bpy.types.Mesh, V: np.ndarray, F: np.ndarray) -> None:
     mesh.shade_smooth()
 
 
-def write_positions(mesh: bpy.types.Mesh, V: np.ndarray) -> None:
+def write_positions(mesh: bpy.types.Mesh, V: "np.ndarray") -> None:
     """Move the vertices of `mesh` to V (n, 3) and keep everything else; n must be its vertex count."""
+    import numpy as np
+
     mesh.attributes["position"].data.foreach_set("vector", np.ascontiguousarray(V, dtype=np.float32).reshape(-1))
     mesh.update()
 

@@ -1,4 +1,4 @@
-"""Turns a missing or broken package into a one-line error with its remedy, at the two doors to the codec."""
+"""The codec's doors: missing packages become one-line errors with a remedy, compiled code goes where it may."""
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -21,7 +21,40 @@ def named_dependencies() -> Iterator[None]:
 
 def open_stream(data: bytes):
     """`core.codec.open_stream`, imported at first use. Raises StreamError, WeightsError or DependencyError."""
-    with named_dependencies():
+    with named_dependencies(), compiled_code_in(cache_folder()):
         from .core import codec
 
         return codec.open_stream(data)
+
+
+def cache_folder() -> str | None:
+    """Where numba keeps compiled code: the folder that Blender gives an installed extension for its files.
+
+    None for the plain package, for which it is kept beside the sources.
+    """
+    if not __package__.startswith("bl_ext."):
+        return None
+    import bpy
+
+    return bpy.utils.extension_path_user(__package__, path="cache", create=True)
+
+
+@contextmanager
+def compiled_code_in(folder: str | None) -> Iterator[None]:
+    """Let modules that are imported meanwhile keep their compiled code in `folder`; other users of numba keep theirs.
+
+    numba asks where when a function is decorated. The worker process has NUMBA_CACHE_DIR instead.
+    """
+    try:
+        import numba
+    except ImportError:
+        numba = None  # opening a file does without
+    if folder is None or numba is None:
+        yield
+        return
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = folder
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = before

@@ -14,15 +14,33 @@ import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .core import errors
-from .core.mesh import TriMesh
 from .core.progress import Progress, no_progress
 from .core.settings import CompressSettings
-from .worker import STREAM, write_job
+
+if TYPE_CHECKING:
+    from .core.mesh import TriMesh
 
 PACKAGE_FOLDER = Path(__file__).parent
 POLL_SECONDS = 0.05
+
+# The worker imports the package under the name that it has here, bl_ext.<repository>.npm_blender when installed: numba
+# keeps module names in what it caches, so both processes can share a cache only under one name. Arguments: the name,
+# the package's folder, the job's folder.
+BOOTSTRAP = """
+import os, runpy, sys, types
+name, folder = sys.argv[1:3]
+parents = name.split(".")[:-1]
+for k in range(len(parents)):
+    module = sys.modules[".".join(parents[:k + 1])] = types.ModuleType(".".join(parents[:k + 1]))
+    module.__path__ = [os.path.dirname(folder)]
+if not parents:
+    sys.path.insert(0, os.path.dirname(folder))
+sys.argv[:] = sys.argv[2:]
+runpy.run_module(name + ".worker", run_name="__main__")
+"""
 
 _running: list["Job"] = []
 
@@ -45,11 +63,14 @@ class Job:
     fraction (0..1) and message tell how far it is, as of the last `poll`.
     """
 
-    def __init__(self, mesh: TriMesh, settings: CompressSettings, scratch: str | None = None, cache: str | None = None):
+    def __init__(self, mesh: "TriMesh", settings: CompressSettings, scratch: str | None = None,
+                 cache: str | None = None) -> None:
         """Start the worker. scratch: where its folder is made; cache: where compiled code is kept between jobs.
 
         Raises DependencyError if there is no Python to start.
         """
+        from .worker import write_job
+
         self.fraction, self.message = 0.0, "Starting"
         self._last: dict = {}
         self._folder = Path(tempfile.mkdtemp(prefix="npmesh_", dir=scratch))
@@ -82,6 +103,8 @@ class Job:
 
         Raises the NpmError that the worker met, or WorkerCrash with its traceback.
         """
+        from .worker import STREAM
+
         try:
             if "report" in self._last:
                 return Result((self._folder / STREAM).read_bytes(), self._last["report"])
@@ -135,23 +158,19 @@ def cancel_all() -> None:
 
 
 def _command(folder: Path) -> list[str]:
-    """The command that runs the worker: this Python, this package under its folder's name.
-
-    The folder's name rather than __package__: an installed extension is bl_ext.<repository>.npm_blender in Blender, and
-    that parent exists only there.
-    """
+    """The command that runs the worker: this Python, this package."""
     if not sys.executable or not os.path.exists(sys.executable):
         raise errors.DependencyError(f"Expected Blender's Python program, found {sys.executable or 'none'}; "
                                      "reinstall Blender, or start it from its own folder")
     # -P: the current folder is no source of modules
-    return [sys.executable, "-P", "-m", f"{PACKAGE_FOLDER.name}.worker", str(folder)]
+    return [sys.executable, "-P", "-c", BOOTSTRAP, __package__, str(PACKAGE_FOLDER), str(folder)]
 
 
 def _environment(folder: Path, cache: str | None) -> dict[str, str]:
     """The worker's environment: the packages that this process sees, and temporary files in the job's folder."""
     packages = [p for p in sys.path if os.path.basename(p) in ("site-packages", "dist-packages")]
     env = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON") or k == "PYTHONDONTWRITEBYTECODE"}
-    env["PYTHONPATH"] = os.pathsep.join([str(PACKAGE_FOLDER.parent), *packages])
+    env["PYTHONPATH"] = os.pathsep.join(packages)
     env.update(dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder)))
     if sys.flags.no_user_site:
         env["PYTHONNOUSERSITE"] = "1"

@@ -1,4 +1,4 @@
-"""The worker process, so that Blender's window stays alive: `python -P -m npm_blender.worker FOLDER`.
+"""The worker process, so that Blender's window stays alive: `python -m npm_blender.worker FOLDER`; see jobs.py.
 
 In, in FOLDER: mesh.npz with V (n, 3) and F (m, 3); settings.json with the fields of CompressSettings. Out:
 stream.npmesh in FOLDER, and on standard output one JSON object a line: {"fraction", "message"} while it runs, then
@@ -91,8 +91,6 @@ def _end_with_parent(folder: Path) -> None:
 
 if __name__ == "__main__":
     _end_with_parent(Path(sys.argv[1]))
-    if hasattr(os, "nice"):
-        os.nice(5)  # the window comes first where cores are few
     status = run(Path(sys.argv[1]))
     sys.stdout.flush()
     os._exit(status)  # not sys.exit: the watching thread still blocks on standard input

@@ -1,10 +1,16 @@
 """What Compress and Export share: run one job, in the window without stopping it, elsewhere to the end."""
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
 import bpy
 
 from .. import jobs
 from ..core.errors import NpmError
-from ..core.mesh import TriMesh
 from ..core.settings import CompressSettings
+from ..dependencies import cache_folder
+
+if TYPE_CHECKING:
+    from ..core.mesh import TriMesh
 
 TIMER_SECONDS = 0.1
 
@@ -23,10 +29,10 @@ class JobOperator:
         """What to do with the result for `obj`. May raise NpmError or OSError."""
         raise NotImplementedError
 
-    def run_job(self, context: bpy.types.Context, obj: bpy.types.Object, mesh: TriMesh,
+    def run_job(self, context: bpy.types.Context, obj: bpy.types.Object, mesh: "TriMesh",
                 settings: CompressSettings) -> set:
         """Compress `mesh` for `obj`; returns the operator's result. Raises DependencyError or OSError."""
-        job = jobs.Job(mesh, settings, scratch=bpy.app.tempdir, cache=_cache_folder())
+        job = jobs.Job(mesh, settings, scratch=bpy.app.tempdir, cache=cache_folder())
         if bpy.app.background or not self.options.is_invoke:
             return self._deliver(context, obj, job.wait)
         self._job, self._uid, self._name = job, obj.session_uid, obj.name
@@ -64,7 +70,7 @@ class JobOperator:
             self._job.cancel()
             self._clean_up(context)
 
-    def _deliver(self, context: bpy.types.Context, obj: bpy.types.Object, result_of) -> set:
+    def _deliver(self, context: bpy.types.Context, obj: bpy.types.Object, result_of: Callable[[], jobs.Result]) -> set:
         try:
             self.finish(context, obj, result_of())
         except (NpmError, OSError) as error:
@@ -98,11 +104,3 @@ def one_line(error: Exception) -> str:
     if isinstance(error, OSError):
         return f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
     return " ".join(str(error).split())
-
-
-def _cache_folder() -> str | None:
-    """Where compiled code is kept between jobs: the folder that Blender gives an installed extension."""
-    package = __package__.rpartition(".")[0]
-    if not package.startswith("bl_ext."):
-        return None
-    return bpy.utils.extension_path_user(package, path="cache", create=True)

@@ -1,13 +1,15 @@
 """Which object an operator means, its settings, and whether its stream is current."""
 import hashlib
+from typing import TYPE_CHECKING
 
 import bpy
-import numpy as np
 
 from ..core.errors import MeshError
-from ..core.mesh import TriMesh
 from ..core.settings import CompressSettings
 from ..properties import SETTING_NAMES, settings_of
+
+if TYPE_CHECKING:
+    from ..core.mesh import TriMesh
 
 
 def poll_mesh(cls, context: bpy.types.Context) -> bool:
@@ -50,8 +52,8 @@ def source_of(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> bpy.typ
                         "apply it first to compress it again")
     source = obj.npmesh.source
     if source.name not in view_layer.objects:
-        raise MeshError(f"Expected '{source.name}', the original of '{obj.name}', in this view layer, found it removed; "
-                        "bring it back, or apply the preview")
+        raise MeshError(f"Expected '{source.name}', the original of '{obj.name}', in this view layer, found it "
+                        "removed; bring it back, or apply the preview")
     return source
 
 
@@ -63,9 +65,9 @@ def chosen_settings(operator, obj: bpy.types.Object) -> CompressSettings:
     return settings_of(obj.npmesh)
 
 
-def fingerprint(mesh: TriMesh, settings: CompressSettings) -> str:
+def fingerprint(mesh: "TriMesh", settings: CompressSettings) -> str:
     """A name for exactly this mesh with these settings: a stream that carries it need not be made again."""
     digest = hashlib.blake2b(repr(settings).encode(), digest_size=16)
     for array in (mesh.V, mesh.F):
-        digest.update(np.ascontiguousarray(array).data)
+        digest.update(array.data)
     return digest.hexdigest()

@@ -161,9 +161,12 @@ def check_dragging_the_slider():
 
 def check_delete_and_discard():
     obj = bpy.context.view_layer.objects.active
+    obj_name = obj.name
     with in_viewport():
         obj.npmesh.features = 2
-        bpy.ops.object.delete()
+        bpy.ops.ed.undo_push(message="Slider")
+        bpy.ops.object.delete("EXEC_DEFAULT", True)  # True: with an undo step, as from the menu
+        assert bpy.context.view_layer.objects.get(obj_name) is None
         bpy.ops.ed.undo()
     yield 0.3
     obj = next(o for o in bpy.data.objects if o.npmesh.is_preview)
@@ -188,6 +191,7 @@ def check_exporting_from_the_file_browser():
         region = next(r for r in area.regions if r.type == "WINDOW")
         with bpy.context.temp_override(window=window, area=area, region=region):
             bpy.ops.file.execute() if confirm else bpy.ops.file.cancel()
+        yield 1.0
         yield from until_idle()
         assert path.exists() == confirm
     assert path.read_bytes() == obj["npmesh_stream"] and not obj.npmesh.is_preview
