@@ -45,7 +45,8 @@ class Decimation:
 
     mesh: the input; V0 (n0, 3) float64 and F0 (m0, 3) int32: the base; vertices (n0,) and faces (m0,) int32: the input
     vertex and face whose place each base vertex and face took (a base face f is reached in `history` as faces[f], with
-    the corners in the same order); history: the collapses; message: '' or one line on what could not be reached.
+    the corners in the same order); history: the collapses; opposite (3 m,) int32: opposite half-edges of the input;
+    message: '' or one line on what could not be reached.
     """
 
     mesh: TriMesh
@@ -54,6 +55,7 @@ class Decimation:
     vertices: np.ndarray
     faces: np.ndarray
     history: History
+    opposite: np.ndarray
     message: str = ""
 
 
@@ -86,6 +88,7 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
     progress(0.0, "Decimating")
     half = half_edges(mesh)
     total, edges = len(mesh.F), len(half.start)
+    opposite = half.opposite.copy()
     quadrics = vertex_quadrics(half.X, half.corner, half.opposite)
     costs = edge_costs(quadrics, half.X, half.corner, half.start)
     queue = Queue(np.arange(edges, dtype=np.int32), np.full(edges, OUT, np.int32), costs)
@@ -93,7 +96,7 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
     history = History.empty(total)
     scratch = Scratch.make()
     counts = np.array([total, edges, 0, 0, 0, 0, variant, 0], np.int64)  # see `run`
-    counts[7] = (half.opposite == np.arange(len(half.opposite))).any()
+    counts[7] = (opposite == np.arange(len(opposite))).any()
     stage, reason = 0, EMPTY
     while counts[0] > base_faces:
         history = history.with_room(counts, SLICE)
@@ -109,10 +112,10 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
             else:
                 break
             counts[1] = _requeue(queue)
-    return _result(mesh, half, history.trimmed(counts), base_faces)
+    return _result(mesh, half, history.trimmed(counts), opposite, base_faces)
 
 
-def _result(mesh: TriMesh, half: Half, history: History, target: int) -> Decimation:
+def _result(mesh: TriMesh, half: Half, history: History, opposite: np.ndarray, target: int) -> Decimation:
     corner = half.corner.reshape(-1, 3)
     faces = np.flatnonzero(corner[:, 0] >= 0).astype(np.int32)
     vertices, F0 = np.unique(corner[faces], return_inverse=True)
@@ -120,8 +123,8 @@ def _result(mesh: TriMesh, half: Half, history: History, target: int) -> Decimat
     reason = "no further collapse keeps topology and shape" if found > target else "no collapse removes a single face"
     if len(mesh.F) < target:
         reason = "the mesh has no more"
-    elif found < target and not (half.opposite == np.arange(len(half.opposite))).any():
+    elif found < target and not (opposite == np.arange(len(opposite))).any():
         reason = "a closed mesh has an even number"
     message = "" if found == target else f"Reached {found} of {target} base faces: {reason}"
     F0 = np.ascontiguousarray(F0.reshape(-1, 3), dtype=np.int32)
-    return Decimation(mesh, half.X[vertices], F0, vertices.astype(np.int32), faces, history, message)
+    return Decimation(mesh, half.X[vertices], F0, vertices.astype(np.int32), faces, history, opposite, message)

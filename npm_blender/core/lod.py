@@ -6,6 +6,7 @@ import numpy as np
 from .decimate import Decimation, decimate
 from .mesh import TriMesh
 from .progress import Progress, no_progress, part
+from .relax import relax
 from .settings import LodSettings
 from .ssp import to_fine
 from .subdivide import hierarchy
@@ -69,7 +70,7 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None) 
     """Map the vertices of the `levels` times subdivided base onto the input surface.
 
     order renumbers the base first. Vertices and faces are numbered as in `subdivide.hierarchy`. Border vertices of the
-    subdivided base lie on the border of the input.
+    subdivided base lie on the border of the input. Faces that the sampling turned over are relaxed (see `relax`).
     """
     mesh, V0, F0 = decimation.mesh, decimation.V0, decimation.F0
     old_face = np.arange(len(F0))
@@ -77,7 +78,8 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None) 
     if order is not None:
         V0, F0, old_face = V0[order.vertices], order.F, order.faces
         turn = (order.vertices[F0[:, :1]] == decimation.F0[old_face]).argmax(1)
-    finest = hierarchy(F0, len(V0), levels)[-1]
+    connectivity = hierarchy(F0, len(V0), levels)
+    finest = connectivity[-1]
     corners = level_corners(levels)
     ids = finest.F.reshape(-1)
     owner = np.zeros(finest.n, np.int64)
@@ -88,9 +90,11 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None) 
     # corner k of the new face is corner turn + k of the old one
     b = np.take_along_axis(b, (np.arange(3)[None] - turn[base][:, None]) % 3, 1)
     face, b = to_fine(decimation, old_face[base], b)
+    normals = vertex_normals(mesh)
+    face, b = relax(mesh, decimation.opposite, normals, connectivity, face, b)
     at = mesh.F[face]
     V = np.einsum("nk,nkd->nd", b, mesh.V[at])
-    N = np.einsum("nk,nkd->nd", b, vertex_normals(mesh)[at])
+    N = np.einsum("nk,nkd->nd", b, normals[at])
     length = np.linalg.norm(N, axis=1, keepdims=True)
     N = np.where(length > 1e-9, N / np.maximum(length, 1e-300), mesh.face_normals()[face])
     return LodSequence(V0, F0, V, N, face, b, levels, decimation.message)

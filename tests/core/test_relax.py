@@ -1,0 +1,101 @@
+import numpy as np
+import pytest
+
+from npm_blender.core.decimate import decimate
+from npm_blender.core.lod import levels, vertex_normals
+from npm_blender.core.mesh import TriMesh
+from npm_blender.core.relax import Surface, relax, walk
+from npm_blender.core.subdivide import Level, hierarchy
+from npm_blender.core.topology import opposite_halfedges
+
+from .lod_meshes import sheet, sphere, torus, tube
+
+
+def surface_of(mesh):
+    return Surface(mesh.V, mesh.F, opposite_halfedges(mesh.F), vertex_normals(mesh))
+
+
+def point(mesh, f, b):
+    return b @ mesh.V[mesh.F[f]]
+
+
+def turned(lod):
+    out = 0
+    for level in hierarchy(lod.F0, len(lod.V0), lod.levels)[1:]:
+        out += ((TriMesh(lod.V, level.F).face_normals() * lod.N[level.F].sum(1)).sum(1) <= 0).sum()
+    return out
+
+
+def test_a_walk_on_a_flat_sheet_is_a_straight_line():
+    mesh = sheet(flat=True)
+    surface = surface_of(mesh)
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        f, b = rng.integers(len(mesh.F)), rng.dirichlet(np.ones(3))
+        start = point(mesh, f, b)
+        target = np.append(rng.uniform(-0.3, 0.3, 2), 0.0)
+        g = walk(surface, f, b, *(target - start))
+        assert np.abs(point(mesh, g, b) - target).max() < 1e-9
+
+
+def test_a_walk_stops_at_the_border():
+    mesh = sheet(flat=True)
+    b = np.full(3, 1 / 3)
+    f = len(mesh.F) // 2
+    start = point(mesh, f, b)
+    g = walk(surface_of(mesh), f, b, 10.0, 0.0, 0.0)
+    assert point(mesh, g, b) == pytest.approx([mesh.V[:, 0].max(), start[1], 0])
+
+
+def test_a_walk_round_a_tube_keeps_its_length_and_comes_back():
+    mesh = tube(rows=40, columns=60)
+    f, b = len(mesh.F) // 2, np.full(3, 1 / 3)
+    start = point(mesh, f, b)
+    edge = np.linalg.norm(mesh.V[0] - mesh.V[1])
+    direction = np.array([-start[1], start[0], 0]) / np.hypot(*start[:2])
+    normal = mesh.face_normals()[f]
+    direction -= normal * (direction @ normal)
+    g = walk(surface_of(mesh), f, b, *(60 * edge * direction / np.linalg.norm(direction)))
+    assert np.linalg.norm(point(mesh, g, b) - start) < 0.1 * edge
+
+
+def test_folded_samples_are_unfolded_and_the_rest_stays():
+    mesh = sphere(5)
+    plain = levels(decimate(mesh, 100), 2)
+    H = hierarchy(plain.F0, len(plain.V0), 2)
+    assert turned(plain) == 0
+    face, b = plain.source_face.copy(), plain.barycentric.copy()
+    rng = np.random.default_rng(1)
+    for v in rng.choice(len(face), 5, replace=False):  # far enough to turn faces over
+        step = np.cross(plain.N[v], rng.normal(size=3))
+        face[v] = walk(surface_of(mesh), face[v], b[v], *(0.12 * step / np.linalg.norm(step)))
+    args = mesh, opposite_halfedges(mesh.F), vertex_normals(mesh), H
+    P = np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]])
+    N = TriMesh(P, H[-1].F).face_normals()
+    assert ((N * P[H[-1].F].mean(1)).sum(1) <= 0).any()
+    new_face, new_b = relax(*args, face, b)
+    Q = np.einsum("nk,nkd->nd", new_b, mesh.V[mesh.F[new_face]])
+    N = TriMesh(Q, H[-1].F).face_normals()
+    assert ((N * Q[H[-1].F].mean(1)).sum(1) > 0).all()
+    assert (np.abs(P - Q).max(1) > 1e-12).sum() < 40
+
+
+@pytest.mark.parametrize("shape", [sphere, torus, sheet, tube])
+def test_noisy_surfaces_have_few_turned_faces(shape):
+    lod = levels(decimate(shape(noise=0.002), 60), 3)
+    assert turned(lod) <= 0.001 * 84 * 60
+
+
+def test_border_vertices_do_not_move():
+    mesh = sheet(noise=0.01)
+    d = decimate(mesh, 40)
+    H = hierarchy(d.F0, len(d.V0), 2)
+    lod = levels(d, 2)
+    last: Level = H[-1]
+    border = np.unique(last.F.reshape(-1)[last.opposite == np.arange(last.F.size)])
+    rng = np.random.default_rng(0)
+    face = rng.integers(0, len(mesh.F), last.n).astype(np.int32)
+    face[border] = lod.source_face[border]
+    new_face, b = relax(mesh, d.opposite, vertex_normals(mesh), H, face, lod.barycentric)
+    assert np.array_equal(new_face[border], face[border]) and np.allclose(b[border], lod.barycentric[border])
+    assert (b >= 0).all() and np.allclose(b.sum(1), 1)
