@@ -11,6 +11,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
+from mathutils import Euler
 
 ROOT = Path(os.environ.get("NPM_ROOT", Path.cwd()))
 sys.path.insert(0, str(ROOT))
@@ -18,7 +19,7 @@ sys.path.insert(0, str(ROOT))
 from tests.addon import source_addon  # noqa: E402 - found in ROOT
 
 FIRST_DRAW_SECONDS = 1.0  # the sidebar's tabs exist once it has been drawn
-FRONT_RIGHT = (0.745, 0.617, 0.162, 0.196)  # quaternion of the view on an object that faces -y
+FRONT_RIGHT = Euler((1.38, 0.0, 0.5)).to_quaternion()  # from a little above, on an object that faces -y
 
 
 def prepare(then: Callable[[], None]) -> None:
@@ -57,8 +58,8 @@ def add_sculpt() -> bpy.types.Object:
     for obj in list(bpy.data.objects):
         bpy.data.objects.remove(obj)
     path = Path(bpy.app.tempdir, "sculpt.npz")
-    code = (f"import sys; sys.path.insert(0, {str(ROOT)!r}); import numpy; from npm_blender.demo.sculpt import make_sculpt; "
-            f"mesh = make_sculpt(); numpy.savez({str(path)!r}, V=mesh.V, F=mesh.F)")
+    code = (f"import sys; sys.path.insert(0, {str(ROOT)!r}); import numpy; from npm_blender.demo import sculpt; "
+            f"mesh = sculpt.make_sculpt(); numpy.savez({str(path)!r}, V=mesh.V, F=mesh.F)")
     subprocess.run([bpy.app.binary_path, "-b", "--factory-startup", "--python-expr", code], check=True)
     mesh = bpy.data.meshes.new("Sculpt")
     with np.load(path, allow_pickle=False) as arrays:

@@ -14,7 +14,7 @@ def store(obj: bpy.types.Object, result: jobs.Result, made_from: str) -> None:
     preview.pack(obj, result.data)
     obj.npmesh.fingerprint = made_from
     lines = [result.report["cleaning"], *result.report["messages"]]
-    obj.npmesh.report = "\n".join(line for line in lines if line)
+    obj.npmesh.report = "\n".join(line[0].upper() + line[1:] for line in lines if line)
 
 
 class OBJECT_OT_npmesh_compress(CompressionProperties, JobOperator, bpy.types.Operator):
