@@ -1,6 +1,6 @@
 """What a training step needs of one LoD sequence: connectivity, targets and weights, as torch tensors."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -76,12 +76,16 @@ def load(path: Path, B) -> Sample:
 
 
 def encoder_inputs(B, sample: Sample):
-    """Geometry features and details of levels 1..L and 1..L-1, which do not change while training (cached)."""
+    """Geometry features and details of levels 1..L and 1..L-1, which do not change while training.
+
+    They are kept in half precision, and what only they needed of the finest level is let go: memory holds all samples.
+    """
     if not sample.inputs:
         with torch.no_grad():
             Vs = [sample.V0, *sample.targets]
-            sample.inputs.append(
-                [geometry_features(B, V, mesh) for V, mesh in zip(Vs[1:], sample.meshes[1:], strict=True)]
-            )
-            sample.inputs.append([details(B, Vs[i], Vs[i + 1], sample.meshes[i]) for i in range(1, len(Vs) - 1)])
-    return sample.inputs
+            geometry = [geometry_features(B, V, mesh) for V, mesh in zip(Vs[1:], sample.meshes[1:], strict=True)]
+            detail = [details(B, Vs[i], Vs[i + 1], sample.meshes[i]) for i in range(1, len(Vs) - 1)]
+        sample.inputs[:] = [[x.half() for x in geometry], [x.half() for x in detail]]
+        gone = dict.fromkeys(("end", "edge_a", "edge_b", "left", "right", "inner", "share", "edge_of", "side"))
+        sample.meshes[-1] = replace(sample.meshes[-1], **gone)
+    return [[x.float() for x in part] for part in sample.inputs]

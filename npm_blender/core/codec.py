@@ -27,8 +27,8 @@ from .settings import CompressSettings
 from .stream import Header, write_stream
 from .subdivide import Level, hierarchy
 
-REFINE_STEPS = 30
-FEATURE_STEP = 0.25  # quantization step on the finest trained level; the noise that the network is trained with
+REFINE_STEPS = 24
+FEATURE_STEP = 0.5  # quantization step on the finest trained level; refinement knows of the rounding
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,12 @@
 Level i -> i + 1: hidden features h^i (upsampled from level i - 1), the 13 geometry features of the mesh decoded so far
 and the transmitted features f^i (zero where none arrived) pass a face convolution; one linear layer on the features of
 an edge's two faces displaces its midpoint, in the edge's local frame and in units of its length; the mean over both
-sides makes the result independent of the order of the two faces. Levels from 3 on reuse the network of level 2.
+sides makes the result independent of the order of the two faces. The same layer moves the old vertices, by the mean
+over their corners, so that a base vertex that stands off the surface for the good of the coarse mesh leaves no spike. Levels from 3 on reuse the network of level 2.
 """
 
 from .geometry import geometry_features
-from .operators import MeshIndex, bilinear_upsample, edge_frames, face_convolution, two_face_linear
+from .operators import MeshIndex, bilinear_upsample, corner_frames, edge_frames, face_convolution, two_face_linear
 
 FEATURES = 8
 SLOT_FEATURES = 4
@@ -34,19 +35,26 @@ def decode_step(B, step: dict, V, hidden, f, mesh: MeshIndex):
     y = face_convolution(B, x, mesh.opposite, step["conv1"])
     y = face_convolution(B, y, mesh.opposite, step["conv2"]) + x @ step["skip"]
     offset = two_face_linear(B, B.concat([y, g, s], 1), mesh.opposite, step["displace"])
-    V = displaced_midpoints(B, V, offset, mesh)
-    return V, y
+    middle, corner = B.split(offset, [3, 3])
+    return B.concat([moved_vertices(B, V, corner, mesh), displaced_midpoints(B, V, middle, mesh)], 0), y
 
 
 def displaced_midpoints(B, V, offset, mesh: MeshIndex):
-    """V (n, 3) and offsets (3 m, 3), one per half-edge in its own frame -> V with the midpoints appended (n + e, 3)."""
+    """V (n, 3) and offsets (3 m, 3), one per half-edge in its own frame -> displaced midpoints (e, 3)."""
     x, y, z, length = edge_frames(B, V, mesh)
     left, right = B.take(offset, mesh.left), B.take(offset, mesh.right)
     # seen from the right half-edge x and y are negated; on the border left and right are the same half-edge
     sign = 1 - 2 * B.take(mesh.inner, mesh.left)
     along, across, up = ((left[:, k] + (sign[:, 0] if k < 2 else 1) * right[:, k])[:, None] / 2 for k in range(3))
     middle = (B.take(V, mesh.edge_a) + B.take(V, mesh.edge_b)) / 2
-    return B.concat([V, middle + length * (x * along + y * across + z * up)], 0)
+    return middle + length * (x * along + y * across + z * up)
+
+
+def moved_vertices(B, V, offset, mesh: MeshIndex):
+    """V (n, 3) and offsets (3 m, 3), one per corner in its own frame -> V moved by their means (n, 3)."""
+    x, y, z, length = corner_frames(B, V, mesh)
+    step = length * (x * offset[:, :1] + y * offset[:, 1:2] + z * offset[:, 2:])
+    return V + B.scatter_sum(step, mesh.F, mesh.n) * mesh.share
 
 
 def decode(B, params: dict, V0, features: list, meshes: list):

@@ -53,7 +53,7 @@ def initial_parameters(config: NetworkConfig, seed: int = 0) -> dict:
             "conv1": normalised(two_face(given, width), width),
             "conv2": normalised(two_face(width, width), width),
             "skip": dense(given, width, 0.3),
-            "displace": two_face(width + CHANNELS + SLOT_FEATURES, 3, 0.0),
+            "displace": two_face(width + CHANNELS + SLOT_FEATURES, 6, 0.0),
             "up": {name: dense(3 * width, above) for name in ("corner0", "corner1", "corner2", "centre")},
         }
         for side in ("own", "other"):

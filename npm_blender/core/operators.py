@@ -19,7 +19,8 @@ class MeshIndex:
 
     F (3 m,) corner vertices, which half-edges start at; opposite (3 m,); end (3 m,) where they end; edge_a, edge_b (e,)
     ends of each edge; left, right (e,) the half-edges of each edge (equal on the border); inner (3 m, 1) float: 0 on the
-    border, else 1; edge_of (3 m,): edge of each half-edge; side (3 m, 1) float: 1 if it is the edge's left half-edge, else -1.
+    border, else 1; share (n, 1) float: 1 / number of corners at a vertex; edge_of (3 m,): edge of each half-edge;
+    side (3 m, 1) float: 1 if it is the edge's left half-edge, else -1.
     """
 
     m: int
@@ -32,6 +33,7 @@ class MeshIndex:
     left: object
     right: object
     inner: object
+    share: object
     edge_of: object
     side: object
 
@@ -42,10 +44,12 @@ class MeshIndex:
         end = level.F[:, [1, 2, 0]].reshape(-1)
         halfedge = np.arange(3 * m)
         inner = (level.opposite != halfedge).astype(np.float32)[:, None]
+        share = 1 / np.maximum(np.bincount(level.F.reshape(-1), minlength=level.n), 1)[:, None]
         side = np.where(level.edge_halfedge[level.edge_of, 0] == halfedge, 1, -1).astype(np.float32)[:, None]
         return MeshIndex(m, level.n, B.index(level.F.reshape(-1)), B.index(level.opposite), B.index(end),
                          B.index(level.edges[:, 0]), B.index(level.edges[:, 1]), B.index(level.edge_halfedge[:, 0]),
-                         B.index(level.edge_halfedge[:, 1]), B.array(inner), B.index(level.edge_of), B.array(side))
+                         B.index(level.edge_halfedge[:, 1]), B.array(inner), B.array(share), B.index(level.edge_of),
+                         B.array(side))
 
 
 def circulant(B, w):
@@ -135,6 +139,19 @@ def edge_frames(B, V, mesh: MeshIndex):
     z = B.take(normal, face[0]) + B.take(normal, face[1])
     z = z - x * (x * z).sum(1)[:, None]
     z = z / norm(B, z)
+    return x, B.cross(z, x), z, length
+
+
+def corner_frames(B, V, mesh: MeshIndex):
+    """Local frame of every corner: x along its half-edge, z the face normal, y = z x x (rows), and the edge's length.
+
+    V (n, 3) -> x, y, z (3 m, 3), length (3 m, 1).
+    """
+    normal, _ = face_normals(B, V, mesh)
+    z = B.concat([normal[:, None]] * 3, 1).reshape(3 * mesh.m, 3)
+    edge = B.take(V, mesh.end) - B.take(V, mesh.F)
+    length = norm(B, edge)
+    x = edge / length
     return x, B.cross(z, x), z, length
 
 

@@ -43,7 +43,7 @@ class ProgressiveMesh:
         step = np.asarray(header.feature_steps, dtype=np.float32)
         self._level, self._face = stream.level, stream.face
         self._value = stream.value.astype(np.float32) * step[stream.level][:, None]
-        self._cache: OrderedDict[int, tuple[int, np.ndarray]] = OrderedDict()
+        self._cache: OrderedDict[int, list[np.ndarray]] = OrderedDict()
 
     def bytes_for(self, features: int) -> int:
         """Bytes of the shortest prefix that holds this many features; whole packets arrive, never parts."""
@@ -74,19 +74,19 @@ class ProgressiveMesh:
         return TriMesh(self.decode_positions(features, level), self.level_faces(level))
 
     def _unit_positions(self, features: int, level: int) -> np.ndarray:
-        """Cached decode. Vertices never move once made, so a coarser level is a prefix of a finer one."""
-        have, V = self._cache.get(features, (-1, None))
-        if have < level:
+        """Cached decode. It passes all coarser levels on its way, so they are kept with it."""
+        found = self._cache.get(features, [self._V0])
+        if len(found) <= level:
             sent = [np.zeros((len(mesh.F), FEATURES), np.float32) for mesh in self._levels[:level]]
             for i, f in enumerate(sent):
                 mine = np.flatnonzero(self._level[:features] == i)
                 f[self._face[mine]] = self._value[mine]
-            V = decode(NUMPY, self._params, self._V0, sent, self._meshes[:level])[-1] if level else self._V0
-            self._cache[features] = level, V
+            found = [self._V0, *decode(NUMPY, self._params, self._V0, sent, self._meshes[:level])]
+        self._cache[features] = found
         self._cache.move_to_end(features)
         while len(self._cache) > CACHED:
             self._cache.popitem(last=False)
-        return V[: self._levels[level].n]
+        return found[level]
 
     def _checked_level(self, level: int | None) -> int:
         level = self.levels if level is None else level

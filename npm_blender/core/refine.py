@@ -22,6 +22,9 @@ UNIT = 15e-4  # distances of this size (unit frame) and normals off by this time
 TANGENTIAL = 0.02
 NORMAL = 0.4
 STAGES = (40, 120, 400, 1500)  # features at the ends of the stages; the last stage takes the rest
+COARSE_STEPS = 3  # so many times more steps for the base, on the level before the last: each a quarter of the work
+BASE_RATE = 0.01  # Adam's rate on base positions, over the mean edge length of the base
+RATES = (0.15, 0.08)  # Adam's rates on features: of the first level, which takes most steps, and of all that follows
 REQUERY = 10  # steps between searches for the nearest points
 
 
@@ -49,50 +52,63 @@ class Refiner:
         self.meshes = [MeshIndex.of(self.B, level) for level in target.levels]
         self.surface = Surface(target.mesh)
         self.source_normals = target.mesh.face_normals()
-        finest = TriMesh(target.lod.V, target.levels[-1].F)
-        areas = finest.face_areas()
-        weight = np.bincount(finest.F.reshape(-1), np.repeat(areas, 3), len(finest.V))
         self.anchor = self.B.array(target.lod.V)
-        self.weight = self.B.array(weight / weight.sum())
-        self.face_weight = self.B.array(areas / areas.sum())
-        self.face_normals = self.B.array(finest.face_normals())
+        self.depth = len(target.levels) - 1
+        self.weights = {d: self._weights(target, d) for d in {self.depth, max(1, self.depth - 1)}}
         self.total = 2 + len(STAGES) + len(self.meshes) - 1
         self.stage = 0
 
-    def _decode(self, V0, features):
+    def _weights(self, target: Target, depth: int):
+        """Shares of the area of the vertices and faces of a level, and the normals of its faces."""
+        level = target.levels[depth]
+        mesh = TriMesh(target.lod.V[: level.n], level.F)
+        areas = mesh.face_areas()
+        vertex = np.bincount(mesh.F.reshape(-1), np.repeat(areas, 3), level.n)
+        return tuple(map(self.B.array, (vertex / vertex.sum(), areas / areas.sum(), mesh.face_normals())))
+
+    def _decode(self, V0, features, depth):
         from .decoder import decode
 
-        return decode(self.B, self.params, V0, features, self.meshes[:-1])[-1]
+        return decode(self.B, self.params, V0, features[:depth], self.meshes[:depth])[-1]
 
     def _nearest(self, V):
         """Nearest points of the input to V and the normals there."""
         _, point, face = self.surface.closest(V.detach().numpy().astype(np.float64))
         return self.B.array(point), self.B.array(self.source_normals[face])
 
-    def _loss(self, V, nearest):
+    def _loss(self, V, nearest, depth):
         torch = self.torch
         point, normal = nearest
+        weight, face_weight, normals = self.weights[depth]
         along = ((V - point) * normal).sum(1)
-        aside = V - self.anchor
+        aside = V - self.anchor[: len(V)]
         distance = torch.sqrt(along * along + 1e-9) + TANGENTIAL * torch.sqrt((aside * aside).sum(1) + 1e-8)
-        bend = face_normals(self.B, V, self.meshes[-1])[0] - self.face_normals
+        bend = face_normals(self.B, V, self.meshes[depth])[0] - normals
         bend = torch.sqrt((bend * bend).sum(1) + 1e-6)
-        return (distance * self.weight).sum() / UNIT + NORMAL * (bend * self.face_weight).sum()
+        return (distance * weight).sum() / UNIT + NORMAL * (bend * face_weight).sum()
 
-    def _descend(self, leaves, rate, decode, masks=None):
-        """Adam with a falling rate on the leaves; masks: 1 where a leaf's entry may move."""
+    def _descend(self, leaves, rate, decode, masks=None, coarse=False):
+        """Adam with a falling rate on the leaves, against decode(depth, share done).
+
+        masks: 1 where a leaf's entry may move; coarse: most steps on the level before the last, which costs a quarter.
+        """
         torch = self.torch
+        few = min(self.weights)
+        depths = [self.depth] * self.steps
+        if coarse:
+            depths = [few] * (COARSE_STEPS * self.steps) + depths[self.steps // 2 :]
         optimiser = torch.optim.Adam(leaves, lr=rate, betas=(0.9, 0.98))
         nearest = None
-        for step in range(self.steps):
-            self.progress((self.stage + step / self.steps) / self.total, "Refining")
-            optimiser.param_groups[0]["lr"] = rate * (1 - 0.9 * step / self.steps)
-            V = decode(step)
-            if step % REQUERY == 0:
+        for step, depth in enumerate(depths):
+            done = step / len(depths)
+            self.progress(min(1.0, (self.stage + done) / self.total), "Refining")
+            optimiser.param_groups[0]["lr"] = rate * (1 - 0.95 * done)
+            V = decode(depth, done)
+            if step % REQUERY == 0 or len(nearest[0]) != len(V):
                 nearest = self._nearest(V)
-            gradients = torch.autograd.grad(self._loss(V, nearest), leaves)
+            gradients = torch.autograd.grad(self._loss(V, nearest, depth), leaves, allow_unused=True)
             for leaf, gradient, mask in zip(leaves, gradients, masks or [1] * len(leaves), strict=True):
-                leaf.grad = torch.nan_to_num(gradient) * mask
+                leaf.grad = None if gradient is None else torch.nan_to_num(gradient) * mask
             optimiser.step()
         self.stage += 1
 
@@ -102,7 +118,7 @@ class Refiner:
         none = [self.torch.zeros(mesh.m, 8) for mesh in self.meshes[:-1]]
         low = V0[self.meshes[0].F.numpy().reshape(-1, 3)]
         edge = float(np.linalg.norm(low[:, 0] - low[:, 1], axis=1).mean())
-        self._descend([leaf], 0.01 * edge, lambda step: self._decode(leaf, none))
+        self._descend([leaf], BASE_RATE * edge, lambda depth, done: self._decode(leaf, none, depth), coarse=True)
         return leaf.detach().numpy().astype(np.float64)
 
     def level_by_level(self, V0: np.ndarray, features: list[np.ndarray]) -> list[np.ndarray]:
@@ -115,8 +131,8 @@ class Refiner:
         done = [self.torch.zeros(f.shape) for f in features]
         for i, f in enumerate(features):
             leaf = self.B.array(f.copy()).requires_grad_(True)
-            after = done[i + 1 :]
-            self._descend([leaf], 0.08, lambda step, i=i, x=leaf, y=after: self._decode(base, [*done[:i], x, *y]))
+            values = [*done[:i], leaf, *done[i + 1 :]]
+            self._descend([leaf], RATES[i > 0], lambda depth, _, f=values: self._decode(base, f, depth))
             done[i] = leaf.detach()
         return [f.numpy() for f in done]
 
@@ -138,18 +154,18 @@ class Refiner:
             sent = [self.B.array(i * s) for i, s in zip(ints, steps, strict=True)]
             masks = [(r >= start) & (r < stop) for r in ranks]
             leaves = [self.B.array(f.copy()).requires_grad_(True) for f in features]
-            cuts = np.random.default_rng(stop).integers(start + 1, stop + 1, self.steps)
+            random = np.random.default_rng(stop)
 
-            def prefix(step, start=start, stop=stop, sent=sent, leaves=leaves, cuts=cuts):
-                """Every other step sees only a part of the stage, so that prefixes that end inside it are good too."""
-                cut = stop if step % 2 == 0 else int(cuts[step])
+            def prefix(depth, done, start=start, stop=stop, sent=sent, leaves=leaves, random=random):
+                """Half of the steps see only a part of the stage, so that prefixes that end inside it are good too."""
+                cut = stop if random.random() < 0.5 else int(random.integers(start + 1, stop + 1))
                 values = []
                 for s, leaf, r, size in zip(sent, leaves, ranks, steps, strict=True):
                     rounded = leaf + (torch.round(leaf / float(size)) * float(size) - leaf).detach()
-                    values.append(s + (rounded if 2 * step > self.steps else leaf) * ((r >= start) & (r < cut)))
-                return self._decode(base, values)
+                    values.append(s + (rounded if done > 0.6 else leaf) * ((r >= start) & (r < cut)))
+                return self._decode(base, values, depth)
 
-            self._descend(leaves, 0.08, prefix, masks)
+            self._descend(leaves, RATES[1], prefix, masks)
             for i, (leaf, mask) in enumerate(zip(leaves, masks, strict=True)):
                 new = mask.numpy()[:, 0]
                 ints[i][new] = np.rint(leaf.detach().numpy()[new] / steps[i])

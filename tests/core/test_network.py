@@ -67,13 +67,11 @@ def test_folding_batch_normalization_changes_nothing(name):
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_vertices_of_a_level_are_those_of_the_finer_ones(name):
+def test_fewer_levels_are_the_first_of_more(name):
     lods, V = sequence(SHAPES[name], 3)
     params, mesh = busy_parameters(), indices(NUMPY, lods)
     f = encode(NUMPY, params, V, mesh)
     out = decode(NUMPY, params, V[0], f, mesh[:-1])
-    assert (out[0][:len(V[0])] == V[0]).all()
-    assert (out[2][:len(out[1])] == out[1]).all()
     assert (decode(NUMPY, params, V[0], f[:2], mesh[:2])[-1] == out[1]).all()
 
 
