@@ -82,7 +82,8 @@ def _say(**fields: object) -> None:
 def _end_with_parent(folder: Path) -> None:
     """Watch standard input: when the parent goes, it closes; then remove the folder and end."""
     def watch() -> None:
-        sys.stdin.buffer.read()
+        while os.read(0, 1024):  # not sys.stdin: its lock would be held when Python ends with a traceback
+            pass
         shutil.rmtree(folder, ignore_errors=True)
         os._exit(1)
 
