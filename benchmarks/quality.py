@@ -80,7 +80,8 @@ def table(ours: dict, base: dict) -> tuple[list[str], dict]:
     lines = [
         "| method | CR | bytes | d_pm | ratio to QSlim | d_normal | d_reverse | better than the row before | paper |",
         "|---|---|---|---|---|---|---|---|---|",
-        f"| QSlim, 400 faces | | | {reference:.2f} | 1.00 | {slim[0]['d_normal'].mean():.2f} | {slim[0]['d_reverse'].mean():.2f} | | 1.00, 13.21 |",
+        f"| QSlim, 400 faces | | | {reference:.2f} | 1.00 | {slim[0]['d_normal'].mean():.2f} | "
+        f"{slim[0]['d_reverse'].mean():.2f} | | 1.00, 13.21 |",
     ]
     figures, before = {"meshes": len(names)}, None
     for budget in BUDGETS:
@@ -90,8 +91,8 @@ def table(ours: dict, base: dict) -> tuple[list[str], dict]:
         share = "" if before is None else f"{100 * np.mean(d < before):.1f} % of meshes"
         paper = "{:.2f}, {:.2f}".format(*PAPER[budget]) if budget in PAPER else ""
         lines.append(
-            f"| {label} | {np.median([r['cr'] for r in rows]):.1f} | {np.mean([r['bytes'] for r in rows]):,.0f} | {d.mean():.2f} | "
-            f"**{d.mean() / reference:.3f}** | {np.mean([r['d_normal'] for r in rows]):.2f} | "
+            f"| {label} | {np.median([r['cr'] for r in rows]):.1f} | {np.mean([r['bytes'] for r in rows]):,.0f} | "
+            f"{d.mean():.2f} | **{d.mean() / reference:.3f}** | {np.mean([r['d_normal'] for r in rows]):.2f} | "
             f"{np.mean([r['d_reverse'] for r in rows]):.2f} | {share} | {paper} |"
         )
         figures[str(budget)] = d.mean() / reference
@@ -112,7 +113,8 @@ def level_table(ours: dict) -> list[str]:
     for level in (1, 2, 3):
         found = [at(r, "all", level) for r in rows]
         lines.append(
-            f"| {level} | {400 * 4**level:,} | {np.mean([r['d_pm'] for r in found]):.2f} | {np.mean([r['d_normal'] for r in found]):.2f} |"
+            f"| {level} | {400 * 4**level:,} | {np.mean([r['d_pm'] for r in found]):.2f} | "
+            f"{np.mean([r['d_normal'] for r in found]):.2f} |"
         )
     return lines
 
@@ -128,8 +130,9 @@ def report(ours: dict, base: dict, split: str, samples: int) -> str:
         [
             "# Results",
             "",
-            f"Made {date.today()} by `python -m benchmarks.quality CORPUS` (its {split} split, {len(ours)} meshes; weights {model.model_id} "
-            f"{model.digest.hex()}). d_pm, d_reverse: unit cube x 1e-4; d_normal: degrees; {samples:,} samples; means over meshes. "
+            f"Made {date.today()} by `python -m benchmarks.quality CORPUS` (its {split} split, {len(ours)} meshes; weights "
+            f"{model.model_id} {model.digest.hex()}). d_pm, d_reverse: unit cube x 1e-4; d_normal: degrees; {samples:,} "
+            "samples; means over meshes. "
             "Ratio: mean d_pm over QSlim's (libigl) mean at 400 faces. Bytes: the real file, cut after that many features.",
             "",
             *lines,

@@ -4,7 +4,8 @@ Level i -> i + 1: hidden features h^i (upsampled from level i - 1), the 13 geome
 and the transmitted features f^i (zero where none arrived) pass a face convolution; one linear layer on the features of
 an edge's two faces displaces its midpoint, in the edge's local frame and in units of its length; the mean over both
 sides makes the result independent of the order of the two faces. The same layer moves the old vertices, by the mean
-over their corners, so that a base vertex that stands off the surface for the good of the coarse mesh leaves no spike. Levels from 3 on reuse the network of level 2.
+over their corners, so that a base vertex that stands off the surface for the good of the coarse mesh leaves no spike.
+Levels from 3 on reuse the network of level 2.
 """
 
 from .geometry import geometry_features

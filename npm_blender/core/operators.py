@@ -92,8 +92,8 @@ def bilinear_upsample(B, x, opposite, layer):
     """Features of the four children from a face and its neighbours: (3 m, C) -> (12 m, C').
 
     The child at corner k blends its parent with the neighbours across the two edges of that corner,
-    (2 e_i + e_a + e_b) / 4, each turned so that the shared corner comes first; the centre child is the parent (paper: bilinear upsampling of
-    SubdivNet). With it goes a linear map per slot: layer corner0, corner1, corner2, centre (3 C, C').
+    (2 e_i + e_a + e_b) / 4, each turned so that the shared corner comes first; the centre child is the parent (paper:
+    bilinear upsampling of SubdivNet). With it goes a linear map per slot: layer corner0, corner1, corner2, centre (3 C, C').
     """
     m, width = len(x) // 3, layer["centre"].shape[1]
     # the map comes before the blend: both are linear, and the map is one product with whole faces

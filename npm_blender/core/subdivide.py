@@ -43,7 +43,8 @@ class Level:
         backwards = d[one, 0] > d[one, 1]
         swap = backwards & (two != one)
         left, right = np.where(swap, two, one), np.where(swap, one, two)
-        return Level(F, int(n), opposite, edges, edge_of.reshape(-1).astype(np.int32), np.stack([left, right], 1).astype(np.int32))
+        halves = np.stack([left, right], 1).astype(np.int32)
+        return Level(F, int(n), opposite, edges, edge_of.reshape(-1).astype(np.int32), halves)
 
     def subdivided(self) -> "Level":
         """The next finer level, 4 m faces and n + e vertices."""
