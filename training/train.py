@@ -3,8 +3,8 @@
 SEQUENCES holds train/ and val/ folders of cached LoD sequences (see `training.sequences`). OUT gets checkpoint.npz
 (resumed from when present), bases, log.csv and the weights; `training.curve` draws the log. Each step takes one
 sequence: encode, keep a random prefix of the features (none, some, all), add quantization noise, decode, and move the
-network - and, when no features are kept, the base of that sequence - against the losses. With --processes each has its share of the sequences, and
-gradients are averaged.
+network - and, when no features are kept, the base of that sequence - against the losses. With --processes each has its
+share of the sequences, and gradients are averaged.
 """
 
 import argparse
