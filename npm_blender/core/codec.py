@@ -14,7 +14,7 @@ from .basecoder import quantize_positions
 from .clean import clean
 from .connectivity import canonical_order
 from .decimate import decimate
-from .decoder import decode
+from .decoder import FEATURES, decode
 from .encoder import encode
 from .errors import DependencyError
 from .lod import LodSequence
@@ -26,9 +26,11 @@ from .progressive import ProgressiveMesh, open_stream
 from .settings import CompressSettings
 from .stream import Header, write_stream
 from .subdivide import Level, hierarchy
+from .surface import Surface
 
 REFINE_STEPS = 24
 FEATURE_STEP = 0.5  # quantization step on the finest trained level; refinement knows of the rounding
+FEATURE_ERROR = 8e-4  # a mesh that is off by less without features gets finer steps, down to a tenth
 
 
 @dataclass(frozen=True)
@@ -73,9 +75,14 @@ class _Clock:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begun
 
 
-def feature_steps(levels: int) -> np.ndarray:
+def step_scale(error: float) -> float:
+    """Scale of everything that touches features, 0.1 to 1, from a mesh's error without features (unit frame)."""
+    return float(np.clip(error / FEATURE_ERROR, 0.1, 1))
+
+
+def feature_steps(levels: int, scale: float = 1.0) -> np.ndarray:
     """Quantization step of the features of each level, (levels,) float32: finer where a feature moves more surface."""
-    return np.array([FEATURE_STEP * max(0.5, 0.7 ** max(2 - i, 0)) for i in range(levels)], dtype=np.float32)
+    return np.array([scale * FEATURE_STEP * max(0.5, 0.7 ** max(2 - i, 0)) for i in range(levels)], dtype=np.float32)
 
 
 def compress(mesh: TriMesh, settings: CompressSettings | None = None, progress: Progress = no_progress) -> Compressed:
@@ -144,7 +151,7 @@ class _Sender:
         self.params, self.unit, self.lod, self.levels, self.settings = params, unit, lod, levels, settings
         self.refine_steps = refine_steps
         self.meshes = [MeshIndex.of(NUMPY, level) for level in levels]
-        self.steps = feature_steps(lod.levels)
+        self.surface = Surface(unit)
         areas = TriMesh(lod.V, levels[-1].F).face_areas()
         self.area = areas / areas.sum()
 
@@ -154,11 +161,13 @@ class _Sender:
         V0 = clock.run("refine", lambda p: refiner.base(self.lod.V0)) if refiner else self.lod.V0
         grid, V0 = quantize_positions(V0, self.settings.position_bits)
         values = clock.run("encode", self._encode, V0)
+        scale = step_scale(self._error(V0))
+        self.steps = feature_steps(self.lod.levels, scale)
         if refiner:
-            values = clock.run("refine", lambda p: refiner.level_by_level(V0, values))
+            values = clock.run("refine", lambda p: refiner.level_by_level(V0, values, scale))
         order = clock.run("order", self._order, V0, values)
         if refiner:
-            ints = clock.run("refine", lambda p: refiner.staged(V0, values, order, self.steps))
+            ints = clock.run("refine", lambda p: refiner.staged(V0, values, order, self.steps, scale))
         else:
             ints = [np.rint(v / s).astype(np.int32) for v, s in zip(values, self.steps, strict=True)]
 
@@ -186,12 +195,19 @@ class _Sender:
     def _refiner(self, progress: Progress):
         from .refine import Refiner, Target
 
-        return Refiner(self.params, Target(self.unit, self.lod, self.levels), self.refine_steps, progress)
+        return Refiner(self.params, Target(self.unit, self.surface, self.lod, self.levels), self.refine_steps, progress)
 
     def _encode(self, V0: np.ndarray, progress: Progress) -> list[np.ndarray]:
         progress(0.0, "Encoding")
         Vs = [V0, *(self.lod.V[: level.n] for level in self.levels[1:])]
         return encode(NUMPY, self.params, [NUMPY.array(V) for V in Vs], self.meshes)
+
+    def _error(self, V0: np.ndarray) -> float:
+        """Mean distance of the decode without features to the input, unit frame."""
+        none = [np.zeros((mesh.m, FEATURES), np.float32) for mesh in self.meshes[:-1]]
+        V = decode(NUMPY, self.params, NUMPY.array(V0), none, self.meshes[:-1])[-1]
+        distance, _, _ = self.surface.closest(V.astype(np.float64))
+        return float(distance[self.levels[-1].F].mean(1) @ self.area)
 
     def _order(self, V0: np.ndarray, values: list[np.ndarray], progress: Progress) -> np.ndarray:
         progress(0.0, "Ordering features")

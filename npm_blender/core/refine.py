@@ -18,11 +18,12 @@ from .progress import Progress, no_progress
 from .subdivide import Level
 from .surface import Surface
 
-UNIT = 15e-4  # distances of this size (unit frame) and normals off by this times 1000 weigh alike
-TANGENTIAL = 0.02
-NORMAL = 0.4
-STAGES = (40, 120, 400, 1500)  # features at the ends of the stages; the last stage takes the rest
-COARSE_STEPS = 3  # so many times more steps for the base, on the level before the last: each a quarter of the work
+UNITS = (0.3e-4, 15e-4)  # bounds of the distance that counts as one: the mesh's own mean error at the start of a stage
+TANGENTIAL = 0.005  # weight of the distance to the mapped points, which keeps the mesh from sliding and folding
+NORMAL = 0.4  # weight of the normals
+STAGES = (40, 400, 1500)  # features at the ends of the stages; the last stage takes the rest
+EFFORT = {400: 2}  # times more steps for a stage that decides much: its features were fitted beside others than it has now
+COARSE_STEPS = 3  # times more steps for the base and for the first stage, on the level before the last, a quarter as dear
 BASE_RATE = 0.01  # Adam's rate on base positions, over the mean edge length of the base
 RATES = (0.15, 0.08)  # Adam's rates on features: of the first level, which takes most steps, and of all that follows
 REQUERY = 10  # steps between searches for the nearest points
@@ -30,9 +31,10 @@ REQUERY = 10  # steps between searches for the nearest points
 
 @dataclass(frozen=True)
 class Target:
-    """What the decoded mesh is compared with: `surface` is the input mesh in the unit frame, `lod` its sequence."""
+    """What the decoded mesh is compared with: the input mesh in the unit frame and its surface, its LoD sequence."""
 
     mesh: TriMesh
+    surface: Surface
     lod: LodSequence
     levels: list[Level]
 
@@ -50,13 +52,14 @@ class Refiner:
         self.torch, self.B, self.steps, self.progress = torch, TorchBackend(), steps, progress
         self.params = map_tree(self.B.array, {"decoder": params["decoder"]})
         self.meshes = [MeshIndex.of(self.B, level) for level in target.levels]
-        self.surface = Surface(target.mesh)
+        self.surface = target.surface
         self.source_normals = target.mesh.face_normals()
         self.anchor = self.B.array(target.lod.V)
         self.depth = len(target.levels) - 1
         self.weights = {d: self._weights(target, d) for d in {self.depth, max(1, self.depth - 1)}}
         self.total = 2 + len(STAGES) + len(self.meshes) - 1
         self.stage = 0
+        self.unit = UNITS[1]
 
     def _weights(self, target: Target, depth: int):
         """Shares of the area of the vertices and faces of a level, and the normals of its faces."""
@@ -82,19 +85,19 @@ class Refiner:
         weight, face_weight, normals = self.weights[depth]
         along = ((V - point) * normal).sum(1)
         aside = V - self.anchor[: len(V)]
-        distance = torch.sqrt(along * along + 1e-9) + TANGENTIAL * torch.sqrt((aside * aside).sum(1) + 1e-8)
+        distance = torch.sqrt(along * along + 1e-10) + TANGENTIAL * torch.sqrt((aside * aside).sum(1) + 1e-8)
         bend = face_normals(self.B, V, self.meshes[depth])[0] - normals
         bend = torch.sqrt((bend * bend).sum(1) + 1e-6)
-        return (distance * weight).sum() / UNIT + NORMAL * (bend * face_weight).sum()
+        return (distance * weight).sum() / self.unit + NORMAL * (bend * face_weight).sum()
 
-    def _descend(self, leaves, rate, decode, masks=None, coarse=False):
+    def _descend(self, leaves, rate, decode, masks=None, coarse=False, effort=1):
         """Adam with a falling rate on the leaves, against decode(depth, share done).
 
-        masks: 1 where a leaf's entry may move; coarse: most steps on the level before the last, which costs a quarter.
+        masks: 1 where a leaf's entry may move; coarse: most steps on the level before the last; effort: times more steps.
         """
         torch = self.torch
         few = min(self.weights)
-        depths = [self.depth] * self.steps
+        depths = [self.depth] * (effort * self.steps)
         if coarse:
             depths = [few] * (COARSE_STEPS * self.steps) + depths[self.steps // 2 :]
         optimiser = torch.optim.Adam(leaves, lr=rate, betas=(0.9, 0.98))
@@ -106,11 +109,13 @@ class Refiner:
             V = decode(depth, done)
             if step % REQUERY == 0 or len(nearest[0]) != len(V):
                 nearest = self._nearest(V)
+            if step == 0:
+                error = ((V.detach() - nearest[0]).norm(dim=1) * self.weights[depth][0]).sum()
+                self.unit = min(max(float(error), UNITS[0]), UNITS[1])
             gradients = torch.autograd.grad(self._loss(V, nearest, depth), leaves, allow_unused=True)
             for leaf, gradient, mask in zip(leaves, gradients, masks or [1] * len(leaves), strict=True):
                 leaf.grad = None if gradient is None else torch.nan_to_num(gradient) * mask
             optimiser.step()
-        self.stage += 1
 
     def base(self, V0: np.ndarray) -> np.ndarray:
         """Base positions (n0, 3) float64 whose decode without features is nearest to the input, from V0."""
@@ -119,31 +124,34 @@ class Refiner:
         low = V0[self.meshes[0].F.numpy().reshape(-1, 3)]
         edge = float(np.linalg.norm(low[:, 0] - low[:, 1], axis=1).mean())
         self._descend([leaf], BASE_RATE * edge, lambda depth, done: self._decode(leaf, none, depth), coarse=True)
+        self.stage += 1
         return leaf.detach().numpy().astype(np.float64)
 
-    def level_by_level(self, V0: np.ndarray, features: list[np.ndarray]) -> list[np.ndarray]:
+    def level_by_level(self, V0: np.ndarray, features: list[np.ndarray], scale: float) -> list[np.ndarray]:
         """Features (m_i, 8) fitted one level after the other, each with the coarser ones in place, from the encoder's.
 
         A better guess than the encoder's, and one in which a level has taken what it can from the finer ones, so that
-        the order of importance may be read off it.
+        the order of importance may be read off it. scale: of the rates, smaller for meshes that need little.
         """
         base = self.B.array(V0)
         done = [self.torch.zeros(f.shape) for f in features]
         for i, f in enumerate(features):
             leaf = self.B.array(f.copy()).requires_grad_(True)
             values = [*done[:i], leaf, *done[i + 1 :]]
-            self._descend([leaf], RATES[i > 0], lambda depth, _, f=values: self._decode(base, f, depth))
+            self._descend([leaf], scale * RATES[i > 0], lambda depth, _, f=values: self._decode(base, f, depth))
             done[i] = leaf.detach()
+            self.stage += 1
         return [f.numpy() for f in done]
 
     def staged(
-        self, V0: np.ndarray, features: list[np.ndarray], order: np.ndarray, steps: np.ndarray
+        self, V0: np.ndarray, features: list[np.ndarray], order: np.ndarray, steps: np.ndarray, scale: float
     ) -> list[np.ndarray]:
         """Integers (m_i, 8) of the features, fitted and rounded stage by stage along `order` (feature numbers).
 
-        steps (L,): quantization step of each level.
+        steps (L,): quantization step of each level; scale: of the rates. A stage that ends farther from the input
+        than it began is tried again from zeros, and left out if that does not help.
         """
-        torch, base = self.torch, self.B.array(V0)
+        base = self.B.array(V0)
         sizes = [len(f) for f in features]
         rank = np.full(sum(sizes), len(order))
         rank[order] = np.arange(len(order))
@@ -152,22 +160,39 @@ class Refiner:
         start = 0
         for stop in (*(s for s in STAGES if s < len(order)), len(order)):
             sent = [self.B.array(i * s) for i, s in zip(ints, steps, strict=True)]
-            masks = [(r >= start) & (r < stop) for r in ranks]
-            leaves = [self.B.array(f.copy()).requires_grad_(True) for f in features]
-            random = np.random.default_rng(stop)
-
-            def prefix(depth, done, start=start, stop=stop, sent=sent, leaves=leaves, random=random):
-                """Half of the steps see only a part of the stage, so that prefixes that end inside it are good too."""
-                cut = stop if random.random() < 0.5 else int(random.integers(start + 1, stop + 1))
-                values = []
-                for s, leaf, r, size in zip(sent, leaves, ranks, steps, strict=True):
-                    rounded = leaf + (torch.round(leaf / float(size)) * float(size) - leaf).detach()
-                    values.append(s + (rounded if done > 0.6 else leaf) * ((r >= start) & (r < cut)))
-                return self._decode(base, values, depth)
-
-            self._descend(leaves, RATES[1], prefix, masks)
-            for i, (leaf, mask) in enumerate(zip(leaves, masks, strict=True)):
-                new = mask.numpy()[:, 0]
-                ints[i][new] = np.rint(leaf.detach().numpy()[new] / steps[i])
+            before = self._distance(base, sent)
+            for share in (1.0, 0.0):
+                first = [self.B.array(share * f) for f in features]
+                news = self._stage(base, sent, first, ranks, (start, stop), steps, scale * RATES[1])
+                after = [a + b * float(s) for a, b, s in zip(sent, news, steps, strict=True)]
+                if self._distance(base, after) < before:
+                    ints = [i + new.numpy().astype(np.int32) for i, new in zip(ints, news, strict=True)]
+                    break
+            self.stage += 1
             start = stop
         return ints
+
+    def _stage(self, base, sent, first, ranks, span, steps, rate):
+        """Rounded values of the features with ranks in span, fitted from `first` with `sent` in place; else zeros."""
+        torch, (start, stop) = self.torch, span
+        masks = [(r >= start) & (r < stop) for r in ranks]
+        leaves = [f.requires_grad_(True) for f in first]
+        random = np.random.default_rng(stop)
+
+        def prefix(depth, done):
+            """Half of the steps see only a part of the stage, so that prefixes that end inside it are good too."""
+            cut = stop if random.random() < 0.5 else int(random.integers(start + 1, stop + 1))
+            values = []
+            for s, leaf, r, size in zip(sent, leaves, ranks, steps, strict=True):
+                rounded = leaf + (torch.round(leaf / float(size)) * float(size) - leaf).detach()
+                values.append(s + (rounded if done > 0.6 else leaf) * ((r >= start) & (r < cut)))
+            return self._decode(base, values, depth)
+
+        self._descend(leaves, rate, prefix, masks, coarse=start == 0, effort=EFFORT.get(stop, 1))
+        return [torch.round(x.detach() / float(s)) * m for x, s, m in zip(leaves, steps, masks, strict=True)]
+
+    def _distance(self, base, values) -> float:
+        """Mean distance of a decode to the input."""
+        with self.torch.no_grad():
+            V = self._decode(base, values, self.depth)
+            return float(((V - self._nearest(V)[0]).norm(dim=1) * self.weights[self.depth][0]).sum())
