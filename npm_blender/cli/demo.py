@@ -5,7 +5,6 @@ Without MESH, Blender makes a detailed sculpt to compress. Needs Blender: its Py
 
 import argparse
 import zlib
-from importlib.util import find_spec
 from pathlib import Path
 
 from ..core.settings import CompressSettings
@@ -16,7 +15,6 @@ from .info import STOPS
 
 HELP = "compress, measure and render a mesh, by default one that Blender makes"
 SAMPLES = 200_000  # points per direction; steady to about 0.3 %, and a fifth of the time of `evaluate`
-REFINE_STEPS = 4  # the demo is to take less than a minute; `compress` takes the codec's default, and the time it needs
 WIRE_LEVELS = 3  # finer levels are so dense that their edges would hide the surface
 Y_UP = (".obj", ".glb", ".gltf")  # formats in which up is usually y; it matters for the picture only
 
@@ -32,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="K",
         type=int,
         default=None,
-        help=f"as for compress (default {REFINE_STEPS} with torch, else 0: the demo is quick)",
+        help="as for compress",
     )
     parser.add_argument(
         "--up",
@@ -47,10 +45,7 @@ def run(args: argparse.Namespace) -> None:
     from ..core.meshfile import read_mesh, write_mesh
     from ..demo.blender import require_blender
 
-    steps = args.refine_steps
-    if steps is None:
-        steps = REFINE_STEPS if find_spec("torch") else 0
-    settings = CompressSettings(refine_steps=steps)
+    settings = CompressSettings(refine_steps=args.refine_steps)
     if args.mesh is not None:
         check_input(args.mesh)
     require_blender()
