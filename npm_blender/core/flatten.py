@@ -14,7 +14,7 @@ from numba import njit
 from .conformal import assemble, eliminate, measure, place
 from .halfedge import ANCHORED, EDGE, INNER
 
-MIN_AREA = 1e-10  # of a flattened triangle, with |j - i| = 1
+MIN_AREA = 1e-7  # twice a flattened triangle's, relative to the squared extent: keeps barycentrics to 1e-9
 
 
 @njit(cache=True, inline="always")
@@ -34,10 +34,10 @@ def _abs2(z):
 
 
 @njit(cache=True, inline="always")
-def _stretch(cots, f, a, b, c):
-    """Distortion (s1 / s2 + s2 / s1) / 2 of triangle f flattened to a, b, c; infinite if not positively oriented."""
+def _stretch(cots, f, a, b, c, least):
+    """Distortion (s1 / s2 + s2 / s1) / 2 of triangle f flattened to a, b, c; infinite if twice its area is below least."""
     area2 = twice_area(a, b, c)
-    if not area2 > 2 * MIN_AREA:
+    if not area2 > least:
         return np.inf
     return (cots[f, 0] * _abs2(c - b) + cots[f, 1] * _abs2(a - c) + cots[f, 2] * _abs2(b - a)) / (2 * area2)
 
@@ -45,14 +45,17 @@ def _stretch(cots, f, a, b, c):
 @njit(cache=True)
 def check(r, t, s1, s2, kind, uv, cots):
     """(largest, mean) distortion of the flattened triangles; infinite if the map is no bijection."""
-    worst = total = 0.0
+    worst = total = extent2 = 0.0
     k = uv[r + 2]
+    for q in range(r + 3):
+        extent2 = max(extent2, _abs2(uv[q]))
+    least = MIN_AREA * extent2
     turn = 0.0
     crossings = 0
     for q in range(t):
         a, b = uv[q], uv[q + 1 if q + 1 < r else 0]
-        d = _stretch(cots, q, uv[_owner(q, s1, s2, r)], a, b)
-        e = _stretch(cots, t + 2 + q, k, a, b)
+        d = _stretch(cots, q, uv[_owner(q, s1, s2, r)], a, b, least)
+        e = _stretch(cots, t + 2 + q, k, a, b, least)
         worst = max(worst, d, e)
         total += d + e
         if not worst < np.inf:
@@ -63,10 +66,10 @@ def check(r, t, s1, s2, kind, uv, cots):
                 crossings += 1
         else:
             turn += np.arctan2(a.real * b.imag - a.imag * b.real, a.real * b.real + a.imag * b.imag)
-    d = _stretch(cots, t, uv[r], uv[r + 1], uv[s2 if s2 < r else 0])
+    d = _stretch(cots, t, uv[r], uv[r + 1], uv[s2 if s2 < r else 0], least)
     n = 2 * t + 1
     if kind != EDGE:
-        e = _stretch(cots, t + 1, uv[r + 1], uv[r], uv[s1])
+        e = _stretch(cots, t + 1, uv[r + 1], uv[r], uv[s1], least)
         d = max(d, e)
         total += e
         n += 1
@@ -155,7 +158,7 @@ def flatten(X, ring, r, t, s1, s2, kind, i, j, x, y, z, limit, convex, uv, cots,
             worst, mean = check(r, t, s1, s2, kind, uv, cots)
             if mean < least:
                 chosen, least, best = way, mean, worst
-    if best <= limit:
+    if best < np.inf and best <= limit:
         return True
     if convex:
         place_convex(r, s1, s2, kind, uv)

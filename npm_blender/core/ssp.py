@@ -2,7 +2,7 @@
 
 A point is a face and barycentric coordinates. From coarse to fine, the collapses that touched the point's face are
 undone, last one first; from fine to coarse they are repeated in order. Each step finds the point's place in the plane
-and the face of the other side that holds it.
+and the face of the other side that holds it. Points of the border stay on it exactly.
 """
 import numpy as np
 from numba import njit
@@ -10,7 +10,7 @@ from numba import njit
 from .decimate import Decimation
 from .flatten import twice_area
 
-_SNAP = 1e-12  # barycentric coordinates below this are zero, so that borders and edges stay exact
+_SNAP = 1e-10  # barycentric coordinates below this are zero
 
 
 @njit(cache=True)
@@ -29,14 +29,62 @@ def _triangle(hist, c, q, before):
 
 
 @njit(cache=True)
+def _on_border(hist, c, q, before, corner):
+    """Whether the side opposite to a corner (0: owner) of entry number q of collapse c is on the mesh's border."""
+    r, t, s1, s2 = hist.ring[c], hist.sides[c], hist.s1[c], hist.s2[c]
+    if r == t:
+        return False
+    anchored = hist.first[c + 1] - hist.first[c] == t + 2
+    if q < t:
+        if corner == 2 and q == 0:
+            return not before or (s1 > 0 if anchored else s2 > 0)
+        return corner == 1 and q == t - 1 and (not before or s2 < r - 1)
+    if q == t:
+        if corner == 1:
+            return s2 == r - 1
+        return not anchored and (corner == 2 or s2 == 0)
+    return corner == 0 and s1 == 0
+
+
+@njit(cache=True)
+def _along_border(hist, c, p, count, to_before, b):
+    """Put p on the nearest border side of the other side of collapse c; returns its entry, b (3,) gets barycentrics."""
+    first = hist.first[c]
+    nearest, at, corner, share = np.inf, 0, 0, 0.0
+    for q in range(count):
+        a0, a1, a2 = _triangle(hist, c, q, to_before)
+        for s in range(3):
+            if not _on_border(hist, c, q, to_before, s):
+                continue
+            u, v = hist.uv[a1 if s == 0 else (a2 if s == 1 else a0)], hist.uv[a2 if s == 0 else (a0 if s == 1 else a1)]
+            d, e = v - u, p - u
+            x = (d.real * e.real + d.imag * e.imag) / (d.real * d.real + d.imag * d.imag)
+            x = 0.0 if x < _SNAP else (1.0 if x > 1.0 - _SNAP else x)
+            gap = e - x * d
+            gap2 = gap.real * gap.real + gap.imag * gap.imag
+            if gap2 < nearest:
+                nearest, at, corner, share = gap2, q, s, x
+    k = (hist.face[first + at] & 3) + corner
+    b[k % 3], b[(k + 1) % 3], b[(k + 2) % 3] = 0.0, 1.0 - share, share
+    return first + at
+
+
+@njit(cache=True)
 def _step(hist, entry, b, to_before):
     """Move barycentrics b (3,) of the entry's face to the other side of its collapse; returns the new face's entry."""
     c = hist.collapse[entry]
     first = hist.first[c]
     k = hist.face[entry] & 3
-    a0, a1, a2 = _triangle(hist, c, entry - first, not to_before)
+    number = entry - first
+    a0, a1, a2 = _triangle(hist, c, number, not to_before)
     p = b[k] * hist.uv[a0] + b[(k + 1) % 3] * hist.uv[a1] + b[(k + 2) % 3] * hist.uv[a2]
     count = hist.first[c + 1] - first if to_before else np.int64(hist.sides[c])
+    border_vertex = hist.ring[c] > hist.sides[c] and (to_before or hist.first[c + 1] - first == hist.sides[c] + 1)
+    if border_vertex and b[k] == 1.0:
+        return _along_border(hist, c, p, count, to_before, b)
+    for s in range(3):
+        if b[(k + s) % 3] == 0.0 and _on_border(hist, c, number, not to_before, s):
+            return _along_border(hist, c, p, count, to_before, b)
     best, at, w0, w1, w2 = -np.inf, 0, 1.0, 0.0, 0.0
     for q in range(count):
         a0, a1, a2 = _triangle(hist, c, q, to_before)
@@ -56,6 +104,9 @@ def _step(hist, entry, b, to_before):
     for s in range(3):
         if b[s] < _SNAP:
             b[s] = 0.0
+    for s in range(3):
+        if b[s] > 1.0 - 2 * _SNAP:
+            b[s] = 1.0
     return entry
 
 

@@ -4,7 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from npm_blender.core.decimate import decimate
-from npm_blender.core.ssp import to_coarse, to_fine
+from npm_blender.core.flatten import twice_area
+from npm_blender.core.ssp import _triangle, to_coarse, to_fine
 from npm_blender.core.topology import opposite_halfedges
 
 from .lod_meshes import joined, sheet, sphere, torus, tube
@@ -99,3 +100,24 @@ def test_no_points_give_no_points():
     out = decimate(sphere(), 60)
     face, b = to_fine(out, np.zeros(0, np.int32), np.zeros((0, 3)))
     assert face.shape == (0,) and b.shape == (0, 3)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.sampled_from(sorted(SHAPES)), st.integers(0, 99), st.floats(0, 0.03))
+def test_the_map_holds_down_to_the_smallest_base(shape, seed, noise):
+    mesh = SHAPES[shape](noise=noise, seed=seed)
+    out = decimate(mesh, 4)
+    face, b = points(len(mesh.F), 500, seed)
+    back = to_fine(out, *to_coarse(out, face, b))
+    assert np.abs(at(mesh.V, mesh.F, face, b) - at(mesh.V, mesh.F, *back)).max() < 1e-4
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_every_flattening_is_positively_oriented_on_both_sides(shape):
+    history = decimate(SHAPES[shape](noise=0.03), 4).history
+    for c in range(len(history.at) - 1):
+        first, stop = history.first[c], history.first[c + 1]
+        for q in range(stop - first):
+            for before in (True, False) if q < history.sides[c] else (True,):
+                corners = _triangle(history, c, q, before)
+                assert twice_area(*(history.uv[k] for k in corners)) > 0
