@@ -62,33 +62,50 @@ class Refiner:
         self.unit = UNITS[1]
 
     def _weights(self, target: Target, depth: int):
-        """Shares of the area of the vertices and faces of a level, and the normals of its faces."""
+        """Shares of the area of the faces of a level, (m, 1), and their normals (m, 3)."""
         level = target.levels[depth]
         mesh = TriMesh(target.lod.V[: level.n], level.F)
         areas = mesh.face_areas()
-        vertex = np.bincount(mesh.F.reshape(-1), np.repeat(areas, 3), level.n)
-        return tuple(map(self.B.array, (vertex / vertex.sum(), areas / areas.sum(), mesh.face_normals())))
+        return self.B.array((areas / areas.sum())[:, None]), self.B.array(mesh.face_normals())
 
     def _decode(self, V0, features, depth):
         from .decoder import decode
 
         return decode(self.B, self.params, V0, features[:depth], self.meshes[:depth])[-1]
 
-    def _nearest(self, V):
-        """Nearest points of the input to V and the normals there."""
-        _, point, face = self.surface.closest(V.detach().numpy().astype(np.float64))
-        return self.B.array(point), self.B.array(self.source_normals[face])
+    def _points(self, V, depth):
+        """What is held against the input: the vertices and the face centres, (n + m, 3)."""
+        mesh = self.meshes[depth]
+        return self.B.concat([V, self.B.take(V, mesh.F).reshape(mesh.m, 3, 3).sum(1) / 3], 0)
+
+    def _nearest(self, V, depth):
+        """For the points of V: the nearest points of the input, the directions to them, and shares of the area.
+
+        The area is the mean of the target's and of the decoded mesh's, so that a spike counts by the surface it shows.
+        """
+        torch, mesh = self.torch, self.meshes[depth]
+        with torch.no_grad():
+            P = self._points(V.detach(), depth)
+            distance, point, face = self.surface.closest(P.numpy().astype(np.float64))
+            away = P - self.B.array(point)
+            far = self.B.array(distance)[:, None]
+            direction = torch.where(far > 1e-6, away / far.clamp(min=1e-6), self.B.array(self.source_normals[face]))
+            _, area = face_normals(self.B, V.detach(), mesh)
+            share = (area / area.sum() + self.weights[depth][0]) / 2
+            vertex = self.B.scatter_sum(torch.cat([share] * 3, 1).reshape(-1, 1) / 3, mesh.F, mesh.n)
+            return self.B.array(point), direction, torch.cat([vertex, share])[:, 0] / 2, far[:, 0]
 
     def _loss(self, V, nearest, depth):
         torch = self.torch
-        point, normal = nearest
-        weight, face_weight, normals = self.weights[depth]
-        along = ((V - point) * normal).sum(1)
+        point, direction, share, _ = nearest
+        face_share, normals = self.weights[depth]
+        along = ((self._points(V, depth) - point) * direction).sum(1)
         aside = V - self.anchor[: len(V)]
-        distance = torch.sqrt(along * along + 1e-10) + TANGENTIAL * torch.sqrt((aside * aside).sum(1) + 1e-8)
+        slide = (torch.sqrt((aside * aside).sum(1) + 1e-8) * share[: len(V)]).sum() * 2
         bend = face_normals(self.B, V, self.meshes[depth])[0] - normals
         bend = torch.sqrt((bend * bend).sum(1) + 1e-6)
-        return (distance * weight).sum() / self.unit + NORMAL * (bend * face_weight).sum()
+        distance = (torch.sqrt(along * along + 1e-10) * share).sum()
+        return (distance + TANGENTIAL * slide) / self.unit + NORMAL * (bend * face_share[:, 0]).sum()
 
     def _descend(self, leaves, rate, decode, masks=None, coarse=False, effort=1):
         """Adam with a falling rate on the leaves, against decode(depth, share done).
@@ -107,11 +124,10 @@ class Refiner:
             self.progress(min(1.0, (self.stage + done) / self.total), "Refining")
             optimiser.param_groups[0]["lr"] = rate * (1 - 0.95 * done)
             V = decode(depth, done)
-            if step % REQUERY == 0 or len(nearest[0]) != len(V):
-                nearest = self._nearest(V)
+            if step % REQUERY == 0 or depth != depths[step - 1]:
+                nearest = self._nearest(V, depth)
             if step == 0:
-                error = ((V.detach() - nearest[0]).norm(dim=1) * self.weights[depth][0]).sum()
-                self.unit = min(max(float(error), UNITS[0]), UNITS[1])
+                self.unit = min(max(float((nearest[3] * nearest[2]).sum()), UNITS[0]), UNITS[1])
             gradients = torch.autograd.grad(self._loss(V, nearest, depth), leaves, allow_unused=True)
             for leaf, gradient, mask in zip(leaves, gradients, masks or [1] * len(leaves), strict=True):
                 leaf.grad = None if gradient is None else torch.nan_to_num(gradient) * mask
@@ -194,5 +210,5 @@ class Refiner:
     def _distance(self, base, values) -> float:
         """Mean distance of a decode to the input."""
         with self.torch.no_grad():
-            V = self._decode(base, values, self.depth)
-            return float(((V - self._nearest(V)[0]).norm(dim=1) * self.weights[self.depth][0]).sum())
+            _, _, share, distance = self._nearest(self._decode(base, values, self.depth), self.depth)
+            return float((distance * share).sum())
