@@ -1,6 +1,6 @@
 """The same tests in a real Blender: blender -b --factory-startup --python-exit-code 1 -P tests/addon/run_in_blender.py
 
-Arguments for pytest follow `--`. Blender's Python needs pytest, numba, fcpw and trimesh.
+Arguments for pytest follow `--`. Blender's Python needs pytest, numba and trimesh.
 """
 import sys
 from pathlib import Path
