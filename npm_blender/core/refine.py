@@ -26,6 +26,7 @@ EFFORT = {400: 2}  # times more steps for a stage that decides much: its feature
 COARSE_STEPS = 3  # times more steps for the base and for the first stage, on the level before the last, a quarter as dear
 BASE_RATE = 0.01  # Adam's rate on base positions, over the mean edge length of the base
 RATES = (0.15, 0.08)  # Adam's rates on features: of the first level, which takes most steps, and of all that follows
+WHOLE = 0.4  # share of a stage's steps that see all of it; the others see a prefix, early ones more often
 REQUERY = 10  # steps between searches for the nearest points
 
 
@@ -196,8 +197,8 @@ class Refiner:
         random = np.random.default_rng(stop)
 
         def prefix(depth, done):
-            """Half of the steps see only a part of the stage, so that prefixes that end inside it are good too."""
-            cut = stop if random.random() < 0.5 else int(random.integers(start + 1, stop + 1))
+            """Some steps see only a part of the stage, so that prefixes that end inside it are good too."""
+            cut = stop if random.random() < WHOLE else start + 1 + int((stop - start) * random.random() ** 2)
             values = []
             for s, leaf, r, size in zip(sent, leaves, ranks, steps, strict=True):
                 rounded = leaf + (torch.round(leaf / float(size)) * float(size) - leaf).detach()

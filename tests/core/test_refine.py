@@ -16,7 +16,7 @@ LOD = LodSettings(base_faces=100)
 @cache
 def errors(name, steps):
     opened = open_stream(compress(SHAPES[name], CompressSettings(lod=LOD, refine_steps=steps)).data)
-    return np.array([evaluate(opened.decode(k), SHAPES[name], 20_000).d_pm for k in (0, 40, 100, opened.features)])
+    return np.array([evaluate(opened.decode(k), SHAPES[name], 20_000).d_pm for k in (0, 40, 400, opened.features)])
 
 
 @pytest.mark.parametrize("name", SHAPES)
