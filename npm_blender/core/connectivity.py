@@ -32,7 +32,7 @@ from .varint import read_varint, write_varint
 if TYPE_CHECKING:
     from .lod import BaseOrder
 
-MAX_FACES = 1 << 20         # of a base mesh
+MAX_FACES = 1 << 18         # of a base mesh
 _DEGREE_STEPS = 12          # degrees 3..14 by context, above by Exp-Golomb
 _FIT = 8                    # missing-face counts are contexts 1..8
 _SPLIT, _DUMMY, _OTHER, _DEGREE = 0, 200, 210, 220
@@ -125,7 +125,7 @@ def _candidates(edge, first, length, pool, count):
 
 @njit
 def _find_old(edge, closed, gb):
-    """Node at which the new face's half-edge gb = c -> b meets a boundary, and the missing faces between there and b."""
+    """Node at which the new face's half-edge gb = c -> b meets a boundary, and the missing faces from there to b."""
     between, i = 0, closed.opposite[gb]
     while not closed.done[i // 3]:
         between += 1
@@ -230,18 +230,15 @@ def _grow(coder, faces, dummies, closed, start, out, vertex_of, halfedge_of):
                     length -= 1
                     pivot = pivot if pivot != a else _least_missing(edge, c)
             else:
-                here = _candidates(edge, after[after[b]], length - 4, pool, 0)
-                every = here
-                for t in range(waiting):
-                    every = _candidates(edge, loops[t], _loop_length(edge, loops[t]), pool, every)
                 split, c, between = 0, -1, 0
                 if sending and closed.seen[closed.origin[gb]]:
                     split = 1
                     c, between = _find_old(edge, closed, gb)
-                if every > 0:
+                if length > 4 or waiting > 0:
                     near, far = min(missing[before[a]], _FIT) - 1, min(missing[after[b]], _FIT) - 1
                     i = _SPLIT + (min(missing[a], _FIT) - 1) * _FIT + min(missing[b], _FIT) - 1
-                    split = code_bit(coder, split, i, _SPLIT + 64 + near * _FIT + far, _SPLIT + 128 + min(length, 71), 30)
+                    j, k = _SPLIT + 64 + near * _FIT + far, _SPLIT + 128 + min(length, 71)
+                    split = code_bit(coder, split, i, j, k, 30)
                 if split == 0:
                     d, fake = 0, 0
                     if sending:
@@ -265,6 +262,13 @@ def _grow(coder, faces, dummies, closed, start, out, vertex_of, halfedge_of):
                     _link(edge, closed, c, b, gb)
                     length += 1
                 else:
+                    # old vertices that could be joined: first those of this loop, then those of the loops that wait
+                    here = _candidates(edge, after[after[b]], length - 4, pool, 0)
+                    every = here
+                    for t in range(waiting):
+                        every = _candidates(edge, loops[t], _loop_length(edge, loops[t]), pool, every)
+                    if every == 0:
+                        return -1
                     first, last = 0, every
                     if here > 0 and every > here:
                         other = 1
@@ -355,7 +359,7 @@ def canonical_order(F0: np.ndarray, n0: int) -> "BaseOrder":
 
 
 def encode_connectivity(F: np.ndarray) -> bytes:
-    """Bytes of the faces F (m, 3) of a `canonical_order`. Raises MeshError if F is in another order, or as that does."""
+    """Bytes of the faces F (m, 3) of a `canonical_order`. Raises MeshError in another order, or as that does."""
     F = np.asarray(F)
     data, out, _, _ = _encode(F, int(F.max()) + 1 if F.size else 0, 0)
     if not np.array_equal(out, F):
@@ -382,5 +386,5 @@ def decode_connectivity(data: bytes) -> np.ndarray:
             raise MeshError("faces do not close up")
         opposite_halfedges(out)
     except MeshError as e:
-        raise StreamError("Expected a manifold base mesh, found faces that do not fit together; the file is corrupted") from e
+        raise StreamError("Expected a manifold base mesh, found faces that do not close up; the file is corrupted") from e
     return out.astype(np.int32)

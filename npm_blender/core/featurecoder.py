@@ -249,7 +249,8 @@ def _most_bytes(size: int, channels: int, faces: int) -> int:
     return 1024 + size * (64 * channels + 64) + faces // 2
 
 
-def encode_packets(F0: np.ndarray, levels: int, level: np.ndarray, face: np.ndarray, value: np.ndarray, crc: int) -> list[bytes]:
+def encode_packets(F0: np.ndarray, levels: int, level: np.ndarray, face: np.ndarray, value: np.ndarray,
+                   crc: int) -> list[bytes]:
     """Packets of k features in their order of importance.
 
     F0 (m0, 3): base faces as the receiver sees them; level (k,) in 0..levels - 1; face (k,) in 0..m0 4^level - 1;
@@ -258,7 +259,8 @@ def encode_packets(F0: np.ndarray, levels: int, level: np.ndarray, face: np.ndar
     """
     level, face, value = (np.array(a, dtype=np.int64) for a in (level, face, value))
     faces, state, contexts, weights = _start(F0, levels, value.shape[1])
-    if len(level) and not (0 <= level.min() and level.max() < levels and 0 <= face.min() and np.abs(value).max() <= MAX_VALUE):
+    fits = (0 <= level) & (level < levels) & (0 <= face) & (np.abs(value) <= MAX_VALUE).all(1)
+    if not fits.all():
         raise StreamError(f"Expected features of levels 0..{levels - 1} and values within +-{MAX_VALUE}, found others")
     number = faces.first[level] + face
     if (number >= faces.first[level + 1]).any() or len(np.unique(number)) != len(number):
@@ -345,7 +347,7 @@ def _whole_packets(data: bytes, at: int, sizes: list[int], channels: int, faces:
 
 
 def decode_packets(data: bytes, at: int, F0: np.ndarray, levels: int, channels: int, total: int, crc: int) -> Packets:
-    """As `read_packets`, but raises StreamError, with the byte offset, if a packet is damaged; a cut end is no damage."""
+    """As `read_packets`, but raises StreamError with the byte offset if a packet is damaged; a cut end is no damage."""
     packets = read_packets(data, at, F0, levels, channels, total, crc)
     if packets.corrupt:
         raise StreamError(packets.corrupt)

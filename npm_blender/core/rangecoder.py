@@ -21,8 +21,8 @@ TOP = 1 << 24
 ONE = 1 << 22               # probability one of a context
 FLOOR = 1 << 7              # a context's probability stays this far from 0 and 1
 INPUTS = 3
-DEFAULT_WEIGHT = 26_000     # 16.16: three inputs that agree are trusted slightly more than each alone
-LEARNING_RATE = 6
+DEFAULT_WEIGHT = 24_000     # 16.16: three inputs that agree are trusted slightly more than each alone
+LEARNING_RATE = 10
 MAX_COUNT = 1023
 ESCAPE_BITS = 30            # Exp-Golomb prefix at most: values stay below 2**31
 
@@ -204,7 +204,7 @@ def code_uniform(coder, value, count):
 
 @njit
 def code_unsigned(coder, value, i, j, k, w, limit):
-    """Code value >= 0: is it > 0, > 1, .. with contexts i + t, j + t, k + t and mixers w + t; from `limit` on Exp-Golomb.
+    """Code value >= 0: is it > 0, > 1, .. with contexts i + t, j + t, k + t, mixers w + t; from `limit` Exp-Golomb.
 
     Uses `limit` rows from each of i, j, k, w. Values stay below 2**31.
     """

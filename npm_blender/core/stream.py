@@ -56,7 +56,7 @@ class Header:
         _check(len(self.weights_hash) == 8, "weights hash of 8 bytes", self.weights_hash)
         _check(1 <= self.levels <= MAX_LEVELS, f"1 to {MAX_LEVELS} levels", self.levels)
         _check(1 <= self.channels <= MAX_CHANNELS, f"1 to {MAX_CHANNELS} channels", self.channels)
-        _check(MIN_BITS <= self.position_bits <= MAX_BITS, f"{MIN_BITS} to {MAX_BITS} position bits", self.position_bits)
+        _check(MIN_BITS <= self.position_bits <= MAX_BITS, f"{MIN_BITS} to {MAX_BITS} bits", self.position_bits)
         _check(len(steps) == self.levels and all(0 < s < math.inf for s in steps), "one positive step per level", steps)
         _check(0 <= self.total_features <= MAX_LEVEL_FACES, f"at most {MAX_LEVEL_FACES} features", self.total_features)
         _check(0 <= self.source_faces <= MAX_SOURCE and 0 <= self.source_vertices <= MAX_SOURCE,
@@ -107,7 +107,8 @@ def write_stream(header: Header, V0_ints: np.ndarray, F0: np.ndarray, level: np.
     """
     value = np.asarray(value)
     if value.shape != (header.total_features, header.channels) or len(level) != len(value) or len(face) != len(value):
-        raise StreamError(f"Expected {header.total_features} features of {header.channels} numbers, found {value.shape}")
+        raise StreamError(f"Expected {header.total_features} features of {header.channels} numbers, found {value.shape}; "
+                          "give level, face and value of equal lengths")
     _check_size(len(F0), header.levels)
     connectivity = encode_connectivity(F0)
     positions = encode_positions(V0_ints, F0)
@@ -135,7 +136,8 @@ def read_stream(data: bytes, strict: bool = False) -> Stream:
     middle = at + connectivity_bytes
     end = middle + position_bytes
     if len(data) < end + 4:
-        raise StreamError(f"Expected at least {end + 4} bytes (the base mesh), found {len(data)}; get the rest of the file")
+        raise StreamError(f"Expected at least {end + 4} bytes (the base mesh), found {len(data)}; "
+                          "get the rest of the file")
     crc = crc32(data[:end])
     if crc != int.from_bytes(data[end:end + 4], "big"):
         raise StreamError("Expected an intact base mesh, found a wrong checksum; the file is corrupted, get it again")

@@ -26,4 +26,5 @@ def read_varint(data: bytes, at: int) -> tuple[int, int]:
         value |= (data[at + i] & 127) << 7 * i
         if data[at + i] < 128:
             return value, at + i + 1
-    raise StreamError(f"Expected a number of at most {_LONGEST} bytes at byte {at}, found a longer one; the file is corrupted")
+    raise StreamError(f"Expected a number of at most {_LONGEST} bytes at byte {at}, found a longer one; "
+                      "the file is corrupted")
