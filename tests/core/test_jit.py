@@ -33,7 +33,7 @@ def test_one_folder_under_two_import_names_keeps_two_caches(tmp_path):
     inner.mkdir(parents=True)
     shutil.copy(jit.__file__, inner / "jit.py")
     (inner / "module.py").write_text(MODULE)
-    for path, name in ((tmp_path, "outer.inner.module"), (tmp_path / "outer", "inner.module")) * 2:
+    for path, name in ((tmp_path, "outer.inner.module"), (tmp_path / "outer", "inner.module")):
         done = subprocess.run([sys.executable, "-c", f"import sys; sys.path.insert(0, {str(path)!r}); import {name}"],
                               capture_output=True, text=True)
         assert done.stdout == "7\n", done.stderr
