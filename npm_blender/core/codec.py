@@ -30,6 +30,7 @@ from .surface import Surface
 
 REFINE_STEPS = 24
 FEATURE_STEP = 0.5  # quantization step on the finest trained level; refinement knows of the rounding
+KEPT = 400  # features of the order that are sent even if they are zero
 FEATURE_ERROR = 8e-4  # a mesh that is off by less without features gets finer steps, down to a tenth
 
 
@@ -174,7 +175,8 @@ class _Sender:
         def write(report: Progress) -> tuple[bytes, int]:
             report(0.0, "Writing")
             flat = np.concatenate(ints)
-            sent = order[(flat[order] != 0).any(1)]
+            # the first features are sent even where they were rounded to nothing, so that a stage ends where it was fitted
+            sent = order[(flat[order] != 0).any(1) | (np.arange(len(order)) < KEPT)]
             level, face = ordering.split(sent, self.levels[:-1])
             header = Header(
                 model_id=model.model_id,

@@ -27,6 +27,11 @@ COARSE_STEPS = 3  # times more steps for the base and for the first stage, on th
 BASE_RATE = 0.01  # Adam's rate on base positions, over the mean edge length of the base
 RATES = (0.15, 0.08)  # Adam's rates on features: of the first level, which takes most steps, and of all that follows
 WHOLE = 0.4  # share of a stage's steps that see all of it; the others see a prefix, early ones more often
+ATTEMPTS = (  # at a stage, until one brings the mesh nearer: what it starts from, weight of the normals, divisors to try
+    (1.0, NORMAL, (1,)),
+    (0.0, NORMAL, (1,)),
+    (0.0, 0.0, (1, 2, 4)),
+)
 REQUERY = 10  # steps between searches for the nearest points
 
 
@@ -60,7 +65,7 @@ class Refiner:
         self.weights = {d: self._weights(target, d) for d in {self.depth, max(1, self.depth - 1)}}
         self.total = 2 + len(STAGES) + len(self.meshes) - 1
         self.stage = 0
-        self.unit = UNITS[1]
+        self.unit, self.normal = UNITS[1], NORMAL
 
     def _weights(self, target: Target, depth: int):
         """Shares of the area of the faces of a level, (m, 1), and their normals (m, 3)."""
@@ -106,7 +111,7 @@ class Refiner:
         bend = face_normals(self.B, V, self.meshes[depth])[0] - normals
         bend = torch.sqrt((bend * bend).sum(1) + 1e-6)
         distance = (torch.sqrt(along * along + 1e-10) * share).sum()
-        return (distance + TANGENTIAL * slide) / self.unit + NORMAL * (bend * face_share[:, 0]).sum()
+        return (distance + TANGENTIAL * slide) / self.unit + self.normal * (bend * face_share[:, 0]).sum()
 
     def _descend(self, leaves, rate, decode, masks=None, coarse=False, effort=1):
         """Adam with a falling rate on the leaves, against decode(depth, share done).
@@ -166,9 +171,9 @@ class Refiner:
         """Integers (m_i, 8) of the features, fitted and rounded stage by stage along `order` (feature numbers).
 
         steps (L,): quantization step of each level; scale: of the rates. A stage that ends farther from the input
-        than it began is tried again from zeros, and left out if that does not help.
+        than it began is tried in other ways, and left out if none helps.
         """
-        base = self.B.array(V0)
+        torch, base = self.torch, self.B.array(V0)
         sizes = [len(f) for f in features]
         rank = np.full(sum(sizes), len(order))
         rank[order] = np.arange(len(order))
@@ -177,14 +182,16 @@ class Refiner:
         start = 0
         for stop in (*(s for s in STAGES if s < len(order)), len(order)):
             sent = [self.B.array(i * s) for i, s in zip(ints, steps, strict=True)]
-            before = self._distance(base, sent)
-            for share in (1.0, 0.0):
+            before = self._distances(base, sent)
+            for share, self.normal, divisors in ATTEMPTS:
                 first = [self.B.array(share * f) for f in features]
                 news = self._stage(base, sent, first, ranks, (start, stop), steps, scale * RATES[1])
-                after = [a + b * float(s) for a, b, s in zip(sent, news, steps, strict=True)]
-                if self._distance(base, after) < before:
-                    ints = [i + new.numpy().astype(np.int32) for i, new in zip(ints, news, strict=True)]
+                tried = ([torch.round(new / d) for new in news] for d in divisors)
+                better = next((n for n in tried if self._improves(base, sent, n, steps, before)), None)
+                if better:
+                    ints = [i + new.numpy().astype(np.int32) for i, new in zip(ints, better, strict=True)]
                     break
+            self.normal = NORMAL
             self.stage += 1
             start = stop
         return ints
@@ -208,8 +215,17 @@ class Refiner:
         self._descend(leaves, rate, prefix, masks, coarse=start == 0, effort=EFFORT.get(stop, 1))
         return [torch.round(x.detach() / float(s)) * m for x, s, m in zip(leaves, steps, masks, strict=True)]
 
-    def _distance(self, base, values) -> float:
-        """Mean distance of a decode to the input."""
+    def _improves(self, base, sent, news, steps, before) -> bool:
+        """Whether a decode with the new integers on top of what is sent lies nearer to the input, by both measures."""
+        after = self._distances(base, [a + b * float(s) for a, b, s in zip(sent, news, steps, strict=True)])
+        return after[0] < before[0] and after[1] < before[1]
+
+    def _distances(self, base, values) -> tuple[float, float]:
+        """Mean distance of a decode to the input, by the area that is fitted and by the area that is shown."""
         with self.torch.no_grad():
-            _, _, share, distance = self._nearest(self._decode(base, values, self.depth), self.depth)
-            return float((distance * share).sum())
+            V = self._decode(base, values, self.depth)
+            _, _, share, distance = self._nearest(V, self.depth)
+            _, area = face_normals(self.B, V, self.meshes[self.depth])
+            corners = distance[: len(V)][self.meshes[self.depth].F].reshape(-1, 3).mean(1)
+            shown = ((corners + distance[len(V) :]) / 2 * area[:, 0]).sum() / area.sum()
+            return float((distance * share).sum()), float(shown)
