@@ -25,7 +25,7 @@ STAGES = (40, 400, 1500)  # features at the ends of the stages; the last stage t
 EFFORT = {400: 2}  # times more steps for a stage that decides much: its features were fitted beside others than it has now
 COARSE_STEPS = 3  # times more steps for the base and for the first stage, on the level before the last, a quarter as dear
 BASE_RATE = 0.01  # Adam's rate on base positions, over the mean edge length of the base
-RATES = (0.15, 0.08)  # Adam's rates on features: of the first level, which takes most steps, and of all that follows
+RATES = (0.15, 0.08)  # Adam's rates on features: of the first level when it is fitted alone, and of all that follows
 WHOLE = 0.4  # share of a stage's steps that see all of it; the others see a prefix, early ones more often
 ATTEMPTS = (  # at a stage, until one brings the mesh nearer: what it starts from, weight of the normals, divisors to try
     (1.0, NORMAL, (1,)),
