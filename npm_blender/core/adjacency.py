@@ -6,7 +6,8 @@ k of face f; the corner at its start is h, the corner at its end is next(h).
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+
+from .jit import compiled
 
 
 @dataclass(frozen=True)
@@ -31,19 +32,19 @@ class EdgeGroups:
         return np.diff(self.starts)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def end_of(flat, h):
     """The vertex at the end of half-edge h."""
     return flat[h - 2] if h % 3 == 2 else flat[h + 1]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def next_of(h):
     """The half-edge after h in its face."""
     return h - 2 if h % 3 == 2 else h + 1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _groups(flat, n):
     size = len(flat)
     order, sorted_by_high = np.zeros(size, np.int32), np.zeros(size, np.int32)
@@ -75,7 +76,7 @@ def _groups(flat, n):
     return order, starts[:count + 1].copy()
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def find(parent, i):
     """Root of i, halving the path to it."""
     while parent[i] != i:
@@ -84,14 +85,14 @@ def find(parent, i):
     return i
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def join(parent, i, j):
     """Join the parts of i and j under the smaller root."""
     i, j = find(parent, i), find(parent, j)
     parent[max(i, j)] = min(i, j)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def face_parts(m, halfedges, starts):
     """Smallest face joined to each face across edges of any kind, (m,) int32."""
     parent = np.arange(m).astype(np.int32)
@@ -103,7 +104,7 @@ def face_parts(m, halfedges, starts):
     return parent
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def corner_parts(flat, halfedges, starts):
     """Smallest corner joined to each corner round its vertex across edges of any kind, (3 m,) int32."""
     parent = np.arange(len(flat)).astype(np.int32)
@@ -115,7 +116,7 @@ def corner_parts(flat, halfedges, starts):
     return parent
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def join_corners(parent, flat, h, g):
     """Join the corners of half-edges h and g of one edge at both of its ends."""
     if flat[h] == flat[g]:
@@ -126,7 +127,7 @@ def join_corners(parent, flat, h, g):
         join(parent, next_of(h), g)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def vertex_parts(n, a, b):
     """Smallest vertex joined to each of n vertices by the pairs a-b, (n,) int32."""
     parent = np.arange(n).astype(np.int32)

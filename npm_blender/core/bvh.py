@@ -6,7 +6,8 @@ right child is left + 1; for a leaf (first triangle, count) with count > 0. Tria
 `corners` (m, 9) float64, three corners a row; `order` (m,) int32 is the face of each row.
 """
 import numpy as np
-from numba import njit
+
+from .jit import compiled
 
 LEAF = 4  # triangles in a leaf, at most (more only where all centroids coincide)
 BINS = 16
@@ -14,7 +15,7 @@ STACK = 128  # depth of the traversal; the build switches to median splits below
 DEPTH = 60
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def build(corners):
     """boxes (k, 6) float64, links (k, 2) int32, order (m,) int32 of the triangles `corners` (m, 9) float64."""
     m = len(corners)
@@ -45,7 +46,7 @@ def build(corners):
     return boxes[:nodes].copy(), links[:nodes].copy(), order
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _bound(box, low, high, order, first, stop):
     box[:3], box[3:] = np.inf, -np.inf
     for k in range(first, stop):
@@ -55,13 +56,13 @@ def _bound(box, low, high, order, first, stop):
             box[3 + x] = max(box[3 + x], high[i, x])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _half_area(box):
     x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
     return x * y + y * z + z * x
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _split(low, high, centre, order, first, stop, balanced):
     """Reorder order[first:stop] into two parts and return where the second starts, strictly inside."""
     a, b = np.full(3, np.inf), np.full(3, -np.inf)
@@ -112,7 +113,7 @@ def _split(low, high, centre, order, first, stop, balanced):
     return i if first < i < stop else (first + stop) // 2
 
 
-@njit(cache=True, nogil=True, inline="always")
+@compiled(inline="always")
 def _on_segment(px, py, pz, ax, ay, az, bx, by, bz):
     """Squared distance and closest point of the segment a-b to p."""
     ux, uy, uz = bx - ax, by - ay, bz - az
@@ -123,7 +124,7 @@ def _on_segment(px, py, pz, ax, ay, az, bx, by, bz):
     return (x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2, x, y, z
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _on_triangle(px, py, pz, t):
     """Squared distance and closest point of the triangle t (9,) to p.
 
@@ -160,7 +161,7 @@ def _on_triangle(px, py, pz, t):
     return best, x, y, z
 
 
-@njit(cache=True, nogil=True, inline="always")
+@compiled(inline="always")
 def _to_box(px, py, pz, box):
     """Squared distance of p to a box (6,)."""
     x = max(box[0] - px, px - box[3], 0.0)
@@ -169,7 +170,7 @@ def _to_box(px, py, pz, box):
     return x * x + y * y + z * z
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def closest(P, turn, corners, boxes, links):
     """Closest points of P (n, 3), answered in the order `turn` (n,): distance (n,), point (n, 3), row of corners (n,).
 

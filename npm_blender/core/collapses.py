@@ -2,24 +2,41 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from .edgeheap import DEAD, REJECTED, put, take
 from .flatten import flatten
 from .halfedge import ANCHORED, EDGE, INNER, MAX_RING, collapse, following, gather, is_border, links_meet, preceding
+from .jit import compiled
 from .quadric import best_point
 
 DONE, MORE, EMPTY = 0, 1, 2
+NEVER = -1
+LEAST = 1e-10  # added to an edge's error (squared distance times area, unit frame): a flat edge has its price as well
 _BUSY = 32  # rejected edges at vertices with more faces wait until the vertex itself changes
 _CHOICES = 100  # a variant chooses among about this many of the cheapest edges
 
 
 class Queue(NamedTuple):
-    """Edges by cost: heap and place (e,) int32 (see edgeheap), cost (e,) float64."""
+    """Edges by price: heap and place (e,) int32 (see edgeheap), price and error (e,) float64, stage (e,) int8.
+
+    error: the quadric's; stage: the tests that the edge meets next; price: what it costs there (see `decimate.Stage`).
+    """
 
     heap: np.ndarray
     place: np.ndarray
-    cost: np.ndarray
+    price: np.ndarray
+    error: np.ndarray
+    stage: np.ndarray
+
+
+class Tests(NamedTuple):
+    """`decimate.STAGES` as arrays, one entry a stage: convex as 0 or 1."""
+
+    price: np.ndarray
+    cosine: np.ndarray
+    quality: np.ndarray
+    stretch: np.ndarray
+    convex: np.ndarray
 
 
 class Scratch(NamedTuple):
@@ -44,7 +61,7 @@ class Scratch(NamedTuple):
             B=np.zeros((3, 4), np.complex128), A=np.zeros((6, 7)))
 
 
-@njit(cache=True)
+@compiled
 def _normal(ax, ay, az, bx, by, bz, cx, cy, cz):
     """Area-weighted normal of a triangle, and the sum of its squared sides."""
     ux, uy, uz = bx - ax, by - ay, bz - az
@@ -54,7 +71,7 @@ def _normal(ax, ay, az, bx, by, bz, cx, cy, cz):
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx, sides
 
 
-@njit(cache=True)
+@compiled
 def shape_holds(X, ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
     """Whether no ring face turns by more than `cosine` allows, or gets worse than `quality` and the worst before."""
     worst_before = worst_after = 1.0
@@ -72,7 +89,7 @@ def shape_holds(X, ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
     return worst_after >= min(quality, worst_before)
 
 
-@njit(cache=True)
+@compiled
 def _record(hist, counts, scratch, r, t, s1, s2, gone):
     """Append the collapse in `scratch` to the history; gone: number of faces that vanish."""
     c, e, at = counts[2], counts[3], counts[4]
@@ -96,19 +113,27 @@ def _record(hist, counts, scratch, r, t, s1, s2, gone):
     counts[2], counts[3], counts[4] = c + 1, e + t + gone, at + r + 3
 
 
-@njit(cache=True)
-def _update(m, Q, queue, ring, r, i, size):
+@compiled(inline="always")
+def _enter(queue, tests, e, stage, size):
+    """Put edge e into the queue for the tests of a stage; returns the new size."""
+    queue.stage[e] = stage
+    return put(queue.heap, queue.place, queue.price, e, tests.price[stage] * (queue.error[e] + LEAST), size)
+
+
+@compiled
+def _update(m, Q, queue, tests, ring, r, i, size):
     """New costs round vertex i; rejected edges of the ring get another chance."""
     h = first = m.out[i]
     while True:
         e = m.edge[h]
-        cost, _, _, _ = best_point(Q, m.X, i, m.corner[following(h)])
-        size = put(queue.heap, queue.place, queue.cost, e, cost, size)
+        queue.error[e], _, _, _ = best_point(Q, m.X, i, m.corner[following(h)])
+        size = _enter(queue, tests, e, 0, size)
         p = preceding(h)
         h = m.opposite[p]
         if h == p:
-            cost, _, _, _ = best_point(Q, m.X, i, m.corner[p])
-            size = put(queue.heap, queue.place, queue.cost, m.edge[p], cost, size)
+            e = m.edge[p]
+            queue.error[e], _, _, _ = best_point(Q, m.X, i, m.corner[p])
+            size = _enter(queue, tests, e, 0, size)
             break
         if h == first:
             break
@@ -119,44 +144,47 @@ def _update(m, Q, queue, ring, r, i, size):
         while True:
             e = m.edge[h]
             if queue.place[e] == REJECTED:
-                size = put(queue.heap, queue.place, queue.cost, e, queue.cost[e], size)
+                size = _enter(queue, tests, e, 0, size)
             p = preceding(h)
             h = m.opposite[p]
             if h == p:
                 e = m.edge[p]
                 if queue.place[e] == REJECTED:
-                    size = put(queue.heap, queue.place, queue.cost, e, queue.cost[e], size)
+                    size = _enter(queue, tests, e, 0, size)
                 break
             if h == first:
                 break
     return size
 
 
-@njit(cache=True)
+@compiled
 def _try(m, Q, e, hist, scratch, counts, only_border, cosine, quality, stretch, convex):
-    """Collapse edge e if all tests allow it; returns (faces removed or 0, ring size, surviving vertex)."""
+    """Collapse edge e if all tests allow it; returns (faces removed, ring size, surviving vertex).
+
+    Instead of faces removed: 0 where the tests of the stage refuse it, NEVER where those of topology do.
+    """
     h = m.start[e]
     o = m.opposite[h]
     i, j = m.corner[h], m.corner[following(h)]
     if m.valence[i] + m.valence[j] > MAX_RING or (only_border and o != h):
-        return 0, 0, i
+        return NEVER, 0, i
     kind, common = INNER, 2
     if o == h:
         kind, common = EDGE, 1
     else:
         at_i, at_j = is_border(m, i), is_border(m, j)
         if at_i and at_j:
-            return 0, 0, i
+            return NEVER, 0, i
         if at_i or at_j:
             kind = ANCHORED
         if at_j:
             h, o, i, j = o, h, j, i
     counts[5] += 1
     if links_meet(m, i, j, counts[5]) != common:
-        return 0, 0, i
+        return NEVER, 0, i
     r, t, s1, s2 = gather(m, h, kind, scratch.ring, scratch.face)
     if t == 0 or (kind == INNER and r < 3):
-        return 0, 0, i
+        return NEVER, 0, i
     _, x, y, z = best_point(Q, m.X, i, j)
     if not shape_holds(m.X, scratch.ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
         return 0, 0, i
@@ -170,8 +198,8 @@ def _try(m, Q, e, hist, scratch, counts, only_border, cosine, quality, stretch, 
     return removed, r, i
 
 
-@njit(cache=True)
-def run(m, Q, queue, hist, scratch, counts, target, collapses, cosine, quality, stretch, convex):
+@compiled
+def run(m, Q, queue, hist, scratch, counts, target, collapses, tests):
     """Up to `collapses` collapses; DONE at the target, EMPTY when no edge passes, MORE otherwise (also: history full).
 
     counts: faces, queue size, collapses, entries, positions, stamp, random state (0: cheapest first), whether the mesh
@@ -196,15 +224,19 @@ def run(m, Q, queue, hist, scratch, counts, target, collapses, cosine, quality, 
             counts[6] = (counts[6] * 6364136223846793005 + 1442695040888963407) | 1
             at = ((counts[6] >> 33) & 0x3FFFFFFF) % max(min(_CHOICES, size // 8), 1)
         e = queue.heap[at]
-        size = take(queue.heap, queue.place, queue.cost, e, REJECTED, size)
+        size = take(queue.heap, queue.place, queue.price, e, REJECTED, size)
         only_border = counts[7] != 0 and counts[0] == target + 1
-        removed, r, i = _try(m, Q, e, hist, scratch, counts, only_border, cosine, quality, stretch, convex)
-        if removed == 0:
+        s = queue.stage[e]
+        removed, r, i = _try(m, Q, e, hist, scratch, counts, only_border, tests.cosine[s], tests.quality[s],
+                             tests.stretch[s], tests.convex[s] != 0)
+        if removed <= 0:
+            if removed == 0 and s + 1 < len(tests.price):
+                size = _enter(queue, tests, e, s + 1, size)
             continue
         done += 1
         counts[0] -= removed
         for q in range(3):
-            size = take(queue.heap, queue.place, queue.cost, scratch.dead[q], DEAD, size)
-        size = _update(m, Q, queue, scratch.ring, r, i, size)
+            size = take(queue.heap, queue.place, queue.price, scratch.dead[q], DEAD, size)
+        size = _update(m, Q, queue, tests, scratch.ring, r, i, size)
     counts[1] = size
     return status

@@ -5,14 +5,14 @@ ring shared, then couples a ring vertex only to its two ring neighbours and to k
 one after the other; what remains is a system of three: first and last ring vertex, and k.
 """
 import numpy as np
-from numba import njit
 
 from .halfedge import ANCHORED, EDGE
+from .jit import compiled
 
 SLIVER = 0.01  # triangles thinner than this (height over longest side) are flattened as if they were this thick
 
 
-@njit(cache=True)
+@compiled
 def cotangents(ax, ay, az, bx, by, bz, cx, cy, cz):
     """Cotangents of the angles at a, b, c; thin triangles are thickened so that they stay those of a triangle."""
     ux, uy, uz = bx - ax, by - ay, bz - az
@@ -39,7 +39,7 @@ def cotangents(ax, ay, az, bx, by, bz, cx, cy, cz):
     return h - x * (1 - x) / h, x / h, (1 - x) / h
 
 
-@njit(cache=True)
+@compiled
 def measure(X, ring, r, t, s1, s2, kind, i, j, x, y, z, cots):
     """Cotangents (2 t + 2, 3) of all triangles of the patch: ring faces before, faces on the edge, ring faces after.
 
@@ -61,7 +61,7 @@ def measure(X, ring, r, t, s1, s2, kind, i, j, x, y, z, cots):
             X[j, 0], X[j, 1], X[j, 2], X[i, 0], X[i, 1], X[i, 2], X[c, 0], X[c, 1], X[c, 2])
 
 
-@njit(cache=True)
+@compiled
 def assemble(r, t, s1, s2, kind, cots, S):
     """Fill the system S (r, 6) complex: per ring vertex its diagonal, coupling to the next one, to the first, to the
     last, to k, and right-hand side. Returns the diagonal of k.
@@ -101,7 +101,7 @@ def assemble(r, t, s1, s2, kind, cots, S):
     return kk
 
 
-@njit(cache=True)
+@compiled
 def eliminate(r, t, kk, S, B):
     """Eliminate ring vertices 1..r-2; B (3, 4) becomes the system of the first, the last and k, right-hand last."""
     last = r - 1
@@ -143,7 +143,7 @@ def eliminate(r, t, kk, S, B):
     B[2, 1] = B[1, 2].conjugate()
 
 
-@njit(cache=True)
+@compiled
 def _solve_border(B, flat, k_at, A):
     """Solve B for (first, last, k) with the flagged ones real and k fixed if k_at >= 0; A (6, 7) is work space."""
     for a in range(3):
@@ -178,7 +178,7 @@ def _solve_border(B, flat, k_at, A):
     return True
 
 
-@njit(cache=True)
+@compiled
 def place(r, S, B, flat, k_at, A, uv):
     """Positions uv (r + 3,) of ring, i, j, k from the eliminated system; False if it is singular."""
     if not _solve_border(B, flat, k_at, A):

@@ -2,15 +2,16 @@
 
 Every collapse keeps the topology (link condition), may not flip a face or ruin its shape, and must have a bijective
 flattening (see `flatten`); so the base has the Euler characteristic, components and border loops of the input, and the
-map between them is a bijection by construction. When no collapse passes the tests, they are relaxed in stages.
+map between them is a bijection by construction. A collapse that fails the tests of shape is offered again under milder
+ones at a higher price: where little is admissible, a poor triangle is better than a wall pulled through the part.
 """
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from .collapses import DONE, EMPTY, Queue, Scratch, run
-from .edgeheap import OUT, REJECTED, heapify
+from .collapses import DONE, EMPTY, LEAST, Queue, Scratch, Tests, run
+from .edgeheap import REJECTED, heapify
 from .errors import MeshError
 from .halfedge import Half, connect
 from .history import History
@@ -25,18 +26,23 @@ SLICE = 2000  # collapses between two calls of `progress`
 class Stage(NamedTuple):
     """Tests of a collapse.
 
-    cosine: least cosine between a face's normal before and after; quality: least face quality 4 sqrt(3) A / sum l^2 (or
+    price: factor on the quadric error when the queue orders collapses; cosine: least cosine between a face's normal before and after; quality: least face quality 4 sqrt(3) A / sum l^2 (or
     that of the patch before, if lower); stretch: largest distortion of the conformal flattening; convex: whether the
     flattening on a circle may take its place.
     """
 
+    price: float
     cosine: float
     quality: float
     stretch: float
     convex: bool
 
 
-STAGES = (Stage(0.2, 0.01, 20.0, True), Stage(0.1, 0.003, 1000.0, True), Stage(-0.5, 0.0, np.inf, True))
+STAGES = (
+    Stage(1.0, 0.2, 0.01, 20.0, True),
+    Stage(8.0, 0.1, 0.003, 1000.0, True),
+    Stage(64.0, -0.5, 0.0, np.inf, True),
+)
 
 
 @dataclass(frozen=True)
@@ -71,10 +77,12 @@ def half_edges(mesh: TriMesh) -> Half:
 
 
 def _requeue(queue: Queue) -> int:
-    """Put the rejected edges back; returns the number of edges in the queue."""
+    """Put the rejected edges back, for the first tests; returns the number of edges in the queue."""
     again = np.flatnonzero((queue.place >= 0) | (queue.place == REJECTED)).astype(np.int32)
     queue.heap[:len(again)] = again
-    heapify(queue.heap, queue.place, queue.cost, len(again))
+    queue.stage[again] = 0
+    queue.price[again] = STAGES[0].price * (queue.error[again] + LEAST)
+    heapify(queue.heap, queue.place, queue.price, len(again))
     return len(again)
 
 
@@ -90,27 +98,28 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
     total, edges = len(mesh.F), len(half.start)
     opposite = half.opposite.copy()
     quadrics = vertex_quadrics(half.X, half.corner, half.opposite)
-    costs = edge_costs(quadrics, half.X, half.corner, half.start)
-    queue = Queue(np.arange(edges, dtype=np.int32), np.full(edges, OUT, np.int32), costs)
-    heapify(queue.heap, queue.place, queue.cost, edges)
+    error = edge_costs(quadrics, half.X, half.corner, half.start)
+    queue = Queue(np.arange(edges, dtype=np.int32), np.full(edges, REJECTED, np.int32), np.empty(edges), error,
+                  np.zeros(edges, np.int8))
+    _requeue(queue)
+    tests = Tests(*(np.array(column, np.float64) for column in zip(*STAGES, strict=True)))
     history = History.empty(total)
     scratch = Scratch.make()
     counts = np.array([total, edges, 0, 0, 0, 0, variant, 0], np.int64)  # see `run`
     counts[7] = (opposite == np.arange(len(opposite))).any()
-    stage, reason = 0, EMPTY
+    before = 0
     while counts[0] > base_faces:
         history = history.with_room(counts, SLICE)
-        reason = run(half, quadrics, queue, history, scratch, counts, base_faces, SLICE, *STAGES[stage])
+        reason = run(half, quadrics, queue, history, scratch, counts, base_faces, SLICE, tests)
         progress((total - counts[0]) / max(total - base_faces, 1), "Decimating")
         if reason == DONE:
             break
         if reason == EMPTY:
-            if stage + 1 < len(STAGES):
-                stage += 1
-            elif counts[7] and counts[0] == base_faces + 1:
-                counts[7] = stage = 0
-            else:
+            if counts[2] == before and counts[7] and counts[0] == base_faces + 1:
+                counts[7] = 0
+            elif counts[2] == before:
                 break
+            before = counts[2]
             counts[1] = _requeue(queue)
     return _result(mesh, half, history.trimmed(counts), opposite, base_faces)
 

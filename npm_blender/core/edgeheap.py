@@ -1,10 +1,10 @@
 """A binary heap of edges with their places, so that an edge's cost can be changed or the edge removed."""
-from numba import njit
+from .jit import compiled
 
 OUT, REJECTED, DEAD = -1, -2, -3  # values of `place` for edges that are not in the heap
 
 
-@njit(cache=True)
+@compiled
 def _up(heap, place, cost, at):
     e = heap[at]
     c = cost[e]
@@ -20,7 +20,7 @@ def _up(heap, place, cost, at):
     place[e] = at
 
 
-@njit(cache=True)
+@compiled
 def _down(heap, place, cost, at, size):
     e = heap[at]
     c = cost[e]
@@ -40,7 +40,7 @@ def _down(heap, place, cost, at, size):
     place[e] = at
 
 
-@njit(cache=True)
+@compiled
 def heapify(heap, place, cost, size):
     """Order the first `size` entries of heap (edge numbers) by cost and fill place."""
     for at in range(size):
@@ -49,7 +49,7 @@ def heapify(heap, place, cost, size):
         _down(heap, place, cost, at, size)
 
 
-@njit(cache=True)
+@compiled
 def put(heap, place, cost, e, value, size):
     """Insert edge e with a cost, or change its cost if it is in; returns the new size."""
     at = place[e]
@@ -68,7 +68,7 @@ def put(heap, place, cost, e, value, size):
     return size + 1
 
 
-@njit(cache=True)
+@compiled
 def take(heap, place, cost, e, why, size):
     """Remove edge e if it is in the heap and set its place to `why` (OUT, REJECTED or DEAD); returns the new size."""
     at = place[e]

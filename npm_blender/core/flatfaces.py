@@ -1,8 +1,8 @@
 """Faces without area inside a manifold: the edge that they fold over is flipped, so that no hole opens."""
 import numpy as np
-from numba import njit
 
 from .adjacency import EdgeGroups
+from .jit import compiled
 from .repair import FLAT
 
 ROUNDS = 20
@@ -25,12 +25,12 @@ def remove_flat_faces(V: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, int, in
     return F[~dropped], int(before - after), int(after)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _square(V, i, j):
     return (V[i, 0] - V[j, 0]) ** 2 + (V[i, 1] - V[j, 1]) ** 2 + (V[i, 2] - V[j, 2]) ** 2
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _is_flat(V, i, j, k):
     ax, ay, az = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
     bx, by, bz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
@@ -39,7 +39,7 @@ def _is_flat(V, i, j, k):
     return np.sqrt(x * x + y * y + z * z) <= FLAT * longest
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _joined(flat, opposite, h, v):
     """Is the start of half-edge h joined to vertex v by an edge?"""
     for back in (False, True):
@@ -59,7 +59,7 @@ def _joined(flat, opposite, h, v):
     return False
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _count(V, flat, dropped):
     flats = 0
     for f in range(len(dropped)):
@@ -67,7 +67,7 @@ def _count(V, flat, dropped):
     return flats
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _flip(V, flat, opposite):
     m = len(flat) // 3
     dropped = np.zeros(m, np.bool_)

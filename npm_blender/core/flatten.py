@@ -9,31 +9,31 @@ less than once (exactly once if k is inside): then the after-side is a star-shap
 a positively oriented flattening of the before-side with that boundary has degree one. `check` tests just that.
 """
 import numpy as np
-from numba import njit
 
 from .conformal import assemble, eliminate, measure, place
 from .halfedge import ANCHORED, EDGE, INNER
+from .jit import compiled
 
 MIN_AREA = 1e-7  # twice a flattened triangle's, relative to the squared extent: keeps barycentrics to 1e-9
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _owner(q, s1, s2, r):
     return r + 1 if s1 <= q < s2 else r
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def twice_area(a, b, c):
     """Twice the signed area of the triangle a, b, c (complex)."""
     return (b.real - a.real) * (c.imag - a.imag) - (b.imag - a.imag) * (c.real - a.real)
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _abs2(z):
     return z.real * z.real + z.imag * z.imag
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _stretch(cots, f, a, b, c, least):
     """Distortion (s1 / s2 + s2 / s1) / 2 of triangle f flattened to a, b, c; infinite if twice its area is below least."""
     area2 = twice_area(a, b, c)
@@ -42,7 +42,7 @@ def _stretch(cots, f, a, b, c, least):
     return (cots[f, 0] * _abs2(c - b) + cots[f, 1] * _abs2(a - c) + cots[f, 2] * _abs2(b - a)) / (2 * area2)
 
 
-@njit(cache=True)
+@compiled
 def check(r, t, s1, s2, kind, uv, cots):
     """(largest, mean) distortion of the flattened triangles; infinite if the map is no bijection."""
     worst = total = extent2 = 0.0
@@ -80,7 +80,7 @@ def check(r, t, s1, s2, kind, uv, cots):
     return worst, total / n
 
 
-@njit(cache=True)
+@compiled
 def place_convex(r, s1, s2, kind, uv):
     """Positions uv (r + 3,) with the patch's boundary on a circle (Tutte 1963): always a bijection, but less conformal.
 
@@ -130,7 +130,7 @@ def place_convex(r, s1, s2, kind, uv):
             uv[q] = uv[q].real
 
 
-@njit(cache=True)
+@compiled
 def flatten(X, ring, r, t, s1, s2, kind, i, j, x, y, z, limit, convex, uv, cots, S, B, A):
     """Fill uv (r + 3,) with the joint flattening of the collapse i, j -> (x, y, z); True if it is a usable bijection.
 

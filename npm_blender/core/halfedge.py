@@ -12,7 +12,8 @@ border, open ring. EDGE: the edge is on the border; open ring, s1 = 0, only the 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from .jit import compiled
 
 INNER, ANCHORED, EDGE = 0, 1, 2
 MAX_RING = 96
@@ -32,19 +33,19 @@ class Half(NamedTuple):
     mark: np.ndarray
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def following(h):
     """The next half-edge in the face of h."""
     return h - 2 if h % 3 == 2 else h + 1
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def preceding(h):
     """The previous half-edge in the face of h."""
     return h + 2 if h % 3 == 0 else h - 1
 
 
-@njit(cache=True)
+@compiled
 def connect(corner, opposite, n):
     """edge, start, out and valence of the mesh, and the number of vertices whose faces do not form one fan."""
     h_count = len(corner)
@@ -79,13 +80,13 @@ def connect(corner, opposite, n):
     return edge, start[:e].copy(), out, valence, pinched
 
 
-@njit(cache=True)
+@compiled
 def is_border(m, v):
     """Whether vertex v is on the border."""
     return m.opposite[m.out[v]] == m.out[v]
 
 
-@njit(cache=True)
+@compiled
 def links_meet(m, i, j, stamp):
     """Number of vertices that are neighbours of both i and j (the link condition counts them)."""
     for phase in range(2):
@@ -111,7 +112,7 @@ def links_meet(m, i, j, stamp):
     return common
 
 
-@njit(cache=True)
+@compiled
 def _fan(m, h, stop, ring, face, r, t):
     """Append the faces round the start of h, counter-clockwise, until the half-edge `stop` or the border."""
     while h != stop:
@@ -128,7 +129,7 @@ def _fan(m, h, stop, ring, face, r, t):
     return r, t
 
 
-@njit(cache=True)
+@compiled
 def gather(m, h, kind, ring, face):
     """Fill ring (vertices) and face (4 * face + corner of the owner) of the collapse along h: i -> j.
 
@@ -161,7 +162,7 @@ def gather(m, h, kind, ring, face):
     return r, t, s1, s2
 
 
-@njit(cache=True)
+@compiled
 def _stitch(m, gone, kept, v):
     """Close the gap that a vanished face leaves between its sides `gone` (at j) and `kept` (at i).
 
@@ -180,7 +181,7 @@ def _stitch(m, gone, kept, v):
     return m.edge[gone]
 
 
-@njit(cache=True)
+@compiled
 def collapse(m, h, kind, x, y, z, face, t, s1, s2, dead):
     """Collapse along h: i -> j, both become i at (x, y, z); patch as from `gather`.
 

@@ -1,6 +1,8 @@
-"""One switch for compiled loops: numba where it is installed, the same functions in plain Python where it is not.
+"""Compiled loops. The one module that knows numba.
 
-Every function marked `njit` works on 64-bit integer arrays and Python integers only, so both ways give the same bits.
+`njit` is for what a receiver needs: compiled where numba is installed, the same functions in plain Python where it is
+not. They work on 64-bit integer arrays and Python integers only, so both ways give the same bits.
+`compiled` is for what only a sender needs, where plain Python would take hours: importing it needs numba.
 """
 from collections.abc import Callable
 
@@ -12,14 +14,29 @@ except ImportError:
 COMPILED = numba is not None and not numba.config.DISABLE_JIT
 
 
-def njit(function: Callable) -> Callable:
-    """`function` compiled by numba with an on-disk cache, or `function` itself where numba is missing.
+def _cached(function: Callable, **options) -> Callable:
+    """`function` compiled with an on-disk cache of its own.
 
     The cache belongs to the name under which the package was imported (`npm_blender` in a worker process,
     `bl_ext.<repository>.npm_blender` inside Blender): numba would share one cache between both, and its entries
     import their module by name.
     """
-    if numba is None:
-        return function
     function.__qualname__ = f"{function.__module__.replace('.', '_')}.{function.__qualname__}"
-    return numba.njit(cache=True)(function)
+    return numba.njit(cache=True, **options)(function)
+
+
+def njit(function: Callable) -> Callable:
+    """`function` compiled by numba, or `function` itself where numba is missing."""
+    return function if numba is None else _cached(function)
+
+
+def compiled(function: Callable | None = None, *, inline: str = "never") -> Callable:
+    """`function` compiled by numba, without the interpreter's lock. Raises ModuleNotFoundError where numba is missing.
+
+    inline: "always" makes it a part of its callers.
+    """
+    if numba is None:
+        raise ModuleNotFoundError("No module named 'numba'", name="numba")
+    if function is None:
+        return lambda found: _cached(found, nogil=True, inline=inline)
+    return _cached(function, nogil=True)

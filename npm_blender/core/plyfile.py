@@ -5,9 +5,9 @@ Read here because a general loader takes a text file that was cut short for a wh
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
 
 from .errors import FileError
+from .jit import compiled
 from .polygons import triangulate
 
 TYPES = {"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
@@ -125,7 +125,7 @@ def _values(units, at, kind, order):
     return units[at[:, None] + np.arange(size)].reshape(-1).view(order + kind)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _rows(units, at, rows, sizes, counters, wanted, big):
     """Walk over `rows` rows: starts and lengths (rows, len(wanted)) of the wanted properties, and the end or -1."""
     starts, lengths = np.zeros((rows, len(wanted)), np.int64), np.zeros((rows, len(wanted)), np.int64)

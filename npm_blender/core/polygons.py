@@ -1,6 +1,7 @@
 """Polygons to triangles: quads by their better diagonal, larger ones by ear clipping; concave ones stay inside."""
 import numpy as np
-from numba import njit
+
+from .jit import compiled
 
 
 def triangulate(V: np.ndarray, corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -15,7 +16,7 @@ def triangulate(V: np.ndarray, corners: np.ndarray, counts: np.ndarray) -> np.nd
     return _triangulate(np.ascontiguousarray(V, np.float64), corners, counts)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _triangulate(V, corners, counts):
     out = np.zeros((np.maximum(counts - 2, 0).sum(), 3), np.int64)
     start, made = 0, 0
@@ -32,7 +33,7 @@ def _triangulate(V, corners, counts):
     return out
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _area(V, i, j, k):
     """Twice the area vector of the triangle of vertices i, j, k."""
     ax, ay, az = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
@@ -40,7 +41,7 @@ def _area(V, i, j, k):
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _normal(V, polygon):
     """Newell's normal, not normalised."""
     x, y, z = 0.0, 0.0, 0.0
@@ -50,13 +51,13 @@ def _normal(V, polygon):
     return x, y, z
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _along(V, i, j, k, normal):
     a = _area(V, i, j, k)
     return a[0] * normal[0] + a[1] * normal[1] + a[2] * normal[2]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _quad(V, q, out):
     n = _normal(V, q)
     along_ac = min(_along(V, q[0], q[1], q[2], n), _along(V, q[0], q[2], q[3], n))
@@ -76,17 +77,17 @@ def _quad(V, q, out):
         out[1, 0], out[1, 1], out[1, 2] = q[1], q[2], q[3]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _turn(p, i, j, k):
     return (p[j, 0] - p[i, 0]) * (p[k, 1] - p[i, 1]) - (p[j, 1] - p[i, 1]) * (p[k, 0] - p[i, 0])
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _same(p, i, j):
     return p[i, 0] == p[j, 0] and p[i, 1] == p[j, 1]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _is_ear(p, i, j, k, following):
     """Is the corner i-j-k convex, with no other corner in its triangle?"""
     if _turn(p, i, j, k) <= 0:
@@ -100,7 +101,7 @@ def _is_ear(p, i, j, k, following):
     return True
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _clip_ears(V, polygon, out):
     k = len(polygon)
     n = _normal(V, polygon)

@@ -3,14 +3,15 @@
 A quadric is ten numbers (xx, xy, xz, yy, yz, zz, bx, by, bz, c) with E(x) = x'Ax + 2 b'x + c.
 """
 import numpy as np
-from numba import njit
+
+from .jit import compiled
 
 BORDER_WEIGHT = 1.0  # of a border edge's perpendicular plane, times its squared length (a face counts with its area)
 PULL = 1e-6  # regularisation of the optimal position, relative to the trace of A: flat directions go to the midpoint
 REACH = 2.0  # the optimal position may lie this many edge lengths away from the midpoint
 
 
-@njit(cache=True)
+@compiled
 def _add_plane(q, a, b, c, d, w):
     """Add w times the squared distance to the plane a x + b y + c z + d = 0 (unit normal) to quadric q."""
     q[0] += w * a * a
@@ -25,7 +26,7 @@ def _add_plane(q, a, b, c, d, w):
     q[9] += w * d * d
 
 
-@njit(cache=True)
+@compiled
 def vertex_quadrics(X, corner, opposite):
     """Quadrics (n, 10) of vertices X (n, 3) of the mesh with corner vertices `corner` (3 m,) and its opposites."""
     Q = np.zeros((len(X), 10))
@@ -57,13 +58,13 @@ def vertex_quadrics(X, corner, opposite):
     return Q
 
 
-@njit(cache=True)
+@compiled
 def _value(q0, q1, q2, q3, q4, q5, q6, q7, q8, q9, x, y, z):
     return (q0 * x * x + q3 * y * y + q5 * z * z + 2 * (q1 * x * y + q2 * x * z + q4 * y * z)
             + 2 * (q6 * x + q7 * y + q8 * z) + q9)
 
 
-@njit(cache=True)
+@compiled
 def best_point(Q, X, i, j):
     """Cost and position (cost, x, y, z) of collapsing the edge between vertices i and j.
 
@@ -99,7 +100,7 @@ def best_point(Q, X, i, j):
     return cost, x, y, z
 
 
-@njit(cache=True)
+@compiled
 def edge_costs(Q, X, corner, start):
     """Cost (e,) of every edge, given one half-edge of each in `start`."""
     cost = np.empty(len(start))

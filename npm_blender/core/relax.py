@@ -7,8 +7,8 @@ leaves fewer turned faces round the vertex, over all levels that hold it, or as 
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from .jit import compiled
 from .mesh import TriMesh
 from .subdivide import Level
 
@@ -53,7 +53,7 @@ def rings_of(levels: list[Level]) -> Rings:
     return Rings(np.concatenate([level.F for level in levels]), np.concatenate(opposite), first, out, fixed)
 
 
-@njit(cache=True)
+@compiled
 def _cosine(F, P, N, f):
     """Cosine between face f of points P and the sum of its corners' normals N."""
     a, b, c = F[f, 0], F[f, 1], F[f, 2]
@@ -65,7 +65,7 @@ def _cosine(F, P, N, f):
     return (nx * sx + ny * sy + nz * sz) / size if size > 1e-30 else 0.0
 
 
-@njit(cache=True)
+@compiled
 def _score(rings, P, N, v):
     """Number of turned faces round v over all levels, and the least cosine."""
     turned, least = 0, 1.0
@@ -83,7 +83,7 @@ def _score(rings, P, N, v):
     return turned, least
 
 
-@njit(cache=True)
+@compiled
 def _middle(rings, P, v, level):
     """Mean (x, y, z) of the neighbours of v at one level."""
     h = start = rings.out[level, v]
@@ -99,7 +99,7 @@ def _middle(rings, P, v, level):
     return x / count, y / count, z / count
 
 
-@njit(cache=True)
+@compiled
 def _axes(V, a, b, c):
     """Unit vector along the edge a -> b, and the unit normal to it in the plane of a, b, c, on the side of c."""
     ex, ey, ez = V[b, 0] - V[a, 0], V[b, 1] - V[a, 1], V[b, 2] - V[a, 2]
@@ -112,7 +112,7 @@ def _axes(V, a, b, c):
     return ex, ey, ez, ux * r, uy * r, uz * r
 
 
-@njit(cache=True)
+@compiled
 def walk(surface, f, b, x, y, z):
     """Move the point (face f, barycentrics b) straight over the surface by (x, y, z), unfolding edges; b changes.
 
@@ -159,7 +159,7 @@ def walk(surface, f, b, x, y, z):
     return f
 
 
-@njit(cache=True)
+@compiled
 def _put(surface, f, b, P, N, v):
     """Set P[v] and N[v] to the point (face f, barycentrics b) and its normal."""
     i, j, k = surface.F[f, 0], surface.F[f, 1], surface.F[f, 2]
@@ -173,7 +173,7 @@ def _put(surface, f, b, P, N, v):
         N[v, c] *= size
 
 
-@njit(cache=True)
+@compiled
 def _improve(surface, rings, face, b, P, N, v, level, w):
     """Try steps of vertex v towards the middle of its ring at a level; True if one was taken. w (3,) is work space."""
     turned, least = _score(rings, P, N, v)
@@ -193,7 +193,7 @@ def _improve(surface, rings, face, b, P, N, v, level, w):
     return False
 
 
-@njit(cache=True)
+@compiled
 def _relax(surface, rings, face, b, P, N, passes, limit):
     """Relax the vertices of faces below the cosine `limit`, in place, until nothing moves or the passes are used up."""
     w = np.zeros(3)

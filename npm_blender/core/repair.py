@@ -4,16 +4,16 @@ All keep the vertices they are given and change only faces, except `cut`, which 
 vertices are dropped once, at the end, by `compact`.
 """
 import numpy as np
-from numba import njit
 
 from .adjacency import EdgeGroups, end_of, find, join_corners, next_of, vertex_parts
+from .jit import compiled
 from .weld import weld
 
 NEAR = 1e-6  # of the box: how far apart border vertices may be and still be one
 FLAT = 1e-10  # twice the area over the squared longest edge, below which a face counts as having no area
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def flatness(V, F):
     """Twice the area over the squared longest edge of each face, (m,) float64; 0 for faces without extent."""
     out = np.zeros(len(F))
@@ -29,7 +29,7 @@ def flatness(V, F):
     return out
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _volumes(V, F, x, y, z):
     """Six times the signed volume that each face spans with the point (x, y, z), (m,) float64."""
     out = np.zeros(len(F))
@@ -159,7 +159,7 @@ def orient(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray
     return F, singly, int(outward[part].sum())
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _parities(flat, halfedges, starts, m):
     """Part of each face, whether it is turned against its part's first face, and edges where that is contradictory."""
     parent, parity = np.arange(m).astype(np.int32), np.zeros(m, np.uint8)  # parity: against the parent
@@ -184,7 +184,7 @@ def _parities(flat, halfedges, starts, m):
     return parent, turned, conflict
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _root(parent, parity, i):
     p, top = np.uint8(0), i
     while parent[top] != top:
@@ -235,7 +235,7 @@ def _disagree(flat: np.ndarray, groups: EdgeGroups) -> np.ndarray:
     return out
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _pairs(V, flat, halfedges, starts, apart):
     """The half-edge that each one stays joined to, or itself, (3 m,) int32."""
     pair = np.arange(len(flat)).astype(np.int32)
@@ -272,7 +272,7 @@ def _pairs(V, flat, halfedges, starts, apart):
     return pair
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _split(flat, halfedges, starts, pair, n):
     """One vertex for each fan: faces (3 m,), and the vertices that were copied, as n, n + 1, ..."""
     parent = np.arange(len(flat)).astype(np.int32)
@@ -299,7 +299,7 @@ def _split(flat, halfedges, starts, pair, n):
     return new, copies
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _bad_halfedges(flat, halfedges, starts):
     """(3 m,) bool: half-edges of edges with more than two faces, or two that run the same way."""
     bad = np.zeros(len(flat), np.bool_)

@@ -5,15 +5,15 @@ undone, last one first; from fine to coarse they are repeated in order. Each ste
 and the face of the other side that holds it. Points of the border stay on it exactly.
 """
 import numpy as np
-from numba import njit
 
 from .decimate import Decimation
 from .flatten import twice_area
+from .jit import compiled
 
 _SNAP = 1e-10  # barycentric coordinates below this are zero
 
 
-@njit(cache=True)
+@compiled
 def _triangle(hist, c, q, before):
     """Indices into uv of the corners (owner, next, next) of entry number q of collapse c, before or after it."""
     at, r, t, s1, s2 = hist.at[c], hist.ring[c], hist.sides[c], hist.s1[c], hist.s2[c]
@@ -28,7 +28,7 @@ def _triangle(hist, c, q, before):
     return i + 1, i, at + s1
 
 
-@njit(cache=True)
+@compiled
 def _on_border(hist, c, q, before, corner):
     """Whether the side opposite to a corner (0: owner) of entry number q of collapse c is on the mesh's border."""
     r, t, s1, s2 = hist.ring[c], hist.sides[c], hist.s1[c], hist.s2[c]
@@ -46,7 +46,7 @@ def _on_border(hist, c, q, before, corner):
     return corner == 0 and s1 == 0
 
 
-@njit(cache=True)
+@compiled
 def _along_border(hist, c, p, count, to_before, b):
     """Put p on the nearest border side of the other side of collapse c; returns its entry, b (3,) gets barycentrics."""
     first = hist.first[c]
@@ -69,7 +69,7 @@ def _along_border(hist, c, p, count, to_before, b):
     return first + at
 
 
-@njit(cache=True)
+@compiled
 def _step(hist, entry, b, to_before):
     """Move barycentrics b (3,) of the entry's face to the other side of its collapse; returns the new face's entry."""
     c = hist.collapse[entry]
@@ -110,7 +110,7 @@ def _step(hist, entry, b, to_before):
     return entry
 
 
-@njit(cache=True)
+@compiled
 def _descend(hist, face, b):
     for p in range(len(face)):
         e = hist.head[face[p]]
@@ -120,7 +120,7 @@ def _descend(hist, face, b):
             e = hist.previous[e]
 
 
-@njit(cache=True)
+@compiled
 def _ascend(hist, face, b):
     for p in range(len(face)):
         e = hist.tail[face[p]]

@@ -1,6 +1,7 @@
 """Finding vertices that lie at exactly the same place."""
 import numpy as np
-from numba import njit
+
+from .jit import compiled
 
 
 def weld(V: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -13,7 +14,7 @@ def weld(V: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return _weld(bits, np.full(slots, -1, np.int64))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _weld(bits, table):
     n, mask = len(bits), np.uint64(len(table) - 1)
     first, place = np.zeros(n, np.int64), np.zeros(n, np.int32)
