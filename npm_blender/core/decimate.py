@@ -26,9 +26,9 @@ SLICE = 2000  # collapses between two calls of `progress`
 class Stage(NamedTuple):
     """Tests of a collapse.
 
-    price: factor on the quadric error when the queue orders collapses; cosine: least cosine between a face's normal before and after; quality: least face quality 4 sqrt(3) A / sum l^2 (or
-    that of the patch before, if lower); stretch: largest distortion of the conformal flattening; convex: whether the
-    flattening on a circle may take its place.
+    price: factor on the quadric error when the queue orders collapses; cosine: least cosine between a face's normal
+    before and after; quality: least face quality 4 sqrt(3) A / sum l^2 (or that of the patch before, if lower); stretch:
+    largest distortion of the conformal flattening; convex: whether the flattening on a circle may take its place.
     """
 
     price: float

@@ -4,12 +4,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from .decimate import Decimation, decimate
+from .fit import fit
 from .mesh import TriMesh
 from .progress import Progress, no_progress, part
 from .relax import relax
 from .settings import LodSettings
 from .ssp import to_fine
-from .subdivide import hierarchy
+from .subdivide import Level, hierarchy
 
 
 @dataclass(frozen=True)
@@ -17,10 +18,10 @@ class LodSequence:
     """A base mesh, and where the vertices of its subdivisions lie on the input surface. All in the unit frame.
 
     V0 (n0, 3) float64: QEM-optimal base positions; F0 (m0, 3) int32: base faces.
-    V (nL, 3) float64: vertices of the finest level on the input surface, in the vertex order of `subdivide`; the first
-    n_l rows are the vertices of level l (level 0 included: where the map puts the base vertices on the surface).
-    N (nL, 3) float64: unit normals of the input at V (area-weighted vertex normals, interpolated).
-    source_face (nL,) int32 and barycentric (nL, 3) float64: V as points of the input mesh's faces.
+    V (nL, 3) float64: vertices of the finest level, fitted to the input (see `fit`), in the vertex order of `subdivide`;
+    the first n_l rows are the vertices of level l (level 0 included: the base vertices in the place of the finest level).
+    source_face (nL,) int32 and barycentric (nL, 3) float64: where the map puts them on the input, a face and a point of it.
+    N (nL, 3) float64: unit normals of the input there (area-weighted vertex normals, interpolated).
     levels: L. message: '' or one line on what could not be reached ("Reached 412 of 400 base faces: ...").
     """
 
@@ -66,11 +67,27 @@ def level_corners(levels: int) -> np.ndarray:
     return out
 
 
-def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None) -> LodSequence:
-    """Map the vertices of the `levels` times subdivided base onto the input surface.
+def base_points(level: Level, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and edge midpoints of a level as points of the base: base face (n + e,) and barycentric (n + e, 3).
 
-    order renumbers the base first. Vertices and faces are numbered as in `subdivide.hierarchy`. Border vertices of the
-    subdivided base lie on the border of the input. Faces that the sampling turned over are relaxed (see `relax`).
+    corners: `level_corners` of the level.
+    """
+    ids = level.F.reshape(-1)
+    owner = np.zeros(level.n, np.int64)
+    owner[ids[::-1]] = np.arange(len(ids))[::-1]
+    halfedge = level.edge_halfedge[:, 0].astype(np.int64)
+    after = halfedge - halfedge % 3 + (halfedge + 1) % 3
+    flat, count = corners.reshape(-1, 3), corners.size // 3
+    b = np.concatenate([flat[owner % count], (flat[halfedge % count] + flat[after % count]) / 2])
+    return np.concatenate([owner, halfedge]) // count, b
+
+
+def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, fitted: bool = True) -> LodSequence:
+    """Map the vertices of the `levels` times subdivided base onto the input surface, and fit them to it.
+
+    order renumbers the base first; fitted: False leaves the vertices where the map puts them. Vertices and faces are
+    numbered as in `subdivide.hierarchy`. Border vertices of the subdivided base lie on the border of the input. Faces
+    that the sampling turned over are relaxed (see `relax`).
     """
     mesh, V0, F0 = decimation.mesh, decimation.V0, decimation.F0
     old_face = np.arange(len(F0))
@@ -80,23 +97,23 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None) 
         turn = (order.vertices[F0[:, :1]] == decimation.F0[old_face]).argmax(1)
     connectivity = hierarchy(F0, len(V0), levels)
     finest = connectivity[-1]
-    corners = level_corners(levels)
-    ids = finest.F.reshape(-1)
-    owner = np.zeros(finest.n, np.int64)
-    owner[ids[::-1]] = np.arange(len(ids))[::-1]
-    slot = owner % (3 * len(corners))
-    base = owner // (3 * len(corners))
-    b = corners.reshape(-1, 3)[slot]
+    base, b = base_points(finest, level_corners(levels))
+    if not fitted:
+        base, b = base[:finest.n], b[:finest.n]
     # corner k of the new face is corner turn + k of the old one
     b = np.take_along_axis(b, (np.arange(3)[None] - turn[base][:, None]) % 3, 1)
     face, b = to_fine(decimation, old_face[base], b)
     normals = vertex_normals(mesh)
-    face, b = relax(mesh, decimation.opposite, normals, connectivity, face, b)
-    at = mesh.F[face]
-    V = np.einsum("nk,nkd->nd", b, mesh.V[at])
-    N = np.einsum("nk,nkd->nd", b, normals[at])
+    face[:finest.n], b[:finest.n] = relax(mesh, decimation.opposite, normals, connectivity, face[:finest.n], b[:finest.n])
+    S = np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]])
+    planes = mesh.face_normals()[face]
+    V, n = S[:finest.n], finest.n
+    face, b = face[:n], b[:n]
+    if fitted:
+        V = fit(finest, V, planes[:n], S[n:], planes[n:])
+    N = np.einsum("nk,nkd->nd", b, normals[mesh.F[face]])
     length = np.linalg.norm(N, axis=1, keepdims=True)
-    N = np.where(length > 1e-9, N / np.maximum(length, 1e-300), mesh.face_normals()[face])
+    N = np.where(length > 1e-9, N / np.maximum(length, 1e-300), planes[:n])
     return LodSequence(V0, F0, V, N, face, b, levels, decimation.message)
 
 

@@ -1,4 +1,4 @@
-"""Meshes made in code for the tests of the LoD builder: sphere, torus, sheet, tube, each with noise."""
+"""Meshes made in code for the tests of the LoD builder: sphere, torus, sheet and tube with noise; a block."""
 import numpy as np
 
 from npm_blender.core.mesh import Frame, TriMesh
@@ -19,6 +19,17 @@ def sphere(levels: int = 3, noise: float = 0.0, seed: int = 0) -> TriMesh:
     for level in H[:-1]:
         V = midpoints(V, level)
     return _unit(V / np.linalg.norm(V, axis=1, keepdims=True), H[-1].F, noise, seed)
+
+
+def block(levels: int = 4) -> TriMesh:
+    """A cube of 12 * 4^levels faces: flat sides, sharp edges."""
+    V = np.stack(np.meshgrid([0.0, 1.0], [0.0, 1.0], [0.0, 1.0], indexing="ij"), -1).reshape(-1, 3)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    F = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+    H = hierarchy(F, 8, levels)
+    for level in H[:-1]:
+        V = midpoints(V, level)
+    return _unit(V, H[-1].F)
 
 
 def _grid_faces(rows: int, columns: int, wrap_rows: bool, wrap_columns: bool) -> np.ndarray:

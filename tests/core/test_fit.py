@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+
+from npm_blender.core.decimate import decimate
+from npm_blender.core.lod import levels
+from npm_blender.core.mesh import TriMesh
+from npm_blender.core.metrics import Original
+from npm_blender.core.subdivide import hierarchy
+
+from .lod_meshes import block, sheet, sphere, torus
+
+
+def pair(mesh, base_faces=100, depth=2):
+    """The input's errors, the finest mesh sampled and the finest mesh fitted."""
+    d = decimate(mesh, base_faces)
+    both = [levels(d, depth, fitted=fitted) for fitted in (False, True)]
+    finest = hierarchy(both[0].F0, len(both[0].V0), depth)[-1]
+    return Original(mesh, 5000), *(TriMesh(lod.V, finest.F) for lod in both)
+
+
+@pytest.mark.parametrize("shape", [sphere, torus, sheet])
+def test_fitting_lowers_the_error_both_ways_and_keeps_the_normals(shape):
+    original, sampled, fitted = pair(shape())
+    before, after = original.evaluate(sampled), original.evaluate(fitted)
+    assert after.d_pm < 0.8 * before.d_pm and after.d_reverse < 0.8 * before.d_reverse
+    assert after.d_normal < 1.02 * before.d_normal
+
+
+def test_vertices_slide_to_the_edges_of_a_box():
+    original, sampled, fitted = pair(block(), 60)
+    before, after = original.evaluate(sampled), original.evaluate(fitted)
+    assert after.d_reverse < 0.5 * before.d_reverse and after.d_normal < 0.7 * before.d_normal
+
+
+def test_border_vertices_stay_where_the_map_puts_them():
+    d = decimate(sheet(), 40)
+    sampled, fitted = levels(d, 3, fitted=False), levels(d, 3)
+    finest = hierarchy(sampled.F0, len(sampled.V0), 3)[-1]
+    border = np.unique(finest.F.reshape(-1)[finest.opposite == np.arange(finest.F.size)])
+    assert np.array_equal(sampled.V[border], fitted.V[border]) and np.abs(sampled.V - fitted.V).max() > 1e-5
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_no_face_turns_over_that_the_sampling_left_upright(noise):
+    _, sampled, fitted = pair(torus(noise=noise), 100, 3)
+    cosine = (sampled.face_normals() * fitted.face_normals()).sum(1)
+    assert (cosine < 0).mean() < 0.002
+
+
+def test_a_surface_that_the_level_meets_exactly_is_left_alone():
+    _, sampled, fitted = pair(sheet(flat=True), 40)
+    assert np.abs(sampled.V - fitted.V)[:, 2].max() < 1e-12
