@@ -6,8 +6,12 @@ vertices are dropped once, at the end, by `compact`.
 import numpy as np
 
 from .adjacency import EdgeGroups, end_of, find, join_corners, next_of, vertex_parts
+from .coverings import duplicates
 from .jit import compiled
-from .weld import weld
+from .orientation import orient
+from .progress import Progress, no_progress
+from .stitch import split_at_junctions
+from .weld import near_places, weld
 
 NEAR = 1e-6  # of the box: how far apart border vertices may be and still be one
 FLAT = 1e-10  # twice the area over the squared longest edge, below which a face counts as having no area
@@ -29,32 +33,9 @@ def flatness(V, F):
     return out
 
 
-@compiled
-def _volumes(V, F, x, y, z):
-    """Six times the signed volume that each face spans with the point (x, y, z), (m,) float64."""
-    out = np.zeros(len(F))
-    for f in range(len(F)):
-        i, j, k = F[f, 0], F[f, 1], F[f, 2]
-        ax, ay, az = V[i, 0] - x, V[i, 1] - y, V[i, 2] - z
-        bx, by, bz = V[j, 0] - x, V[j, 1] - y, V[j, 2] - z
-        cx, cy, cz = V[k, 0] - x, V[k, 1] - y, V[k, 2] - z
-        out[f] = ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
-    return out
-
-
 def repeated_corners(F: np.ndarray) -> np.ndarray:
     """(m,) bool: faces that name a vertex twice."""
     return (F[:, 0] == F[:, 1]) | (F[:, 1] == F[:, 2]) | (F[:, 2] == F[:, 0])
-
-
-def duplicates(F: np.ndarray) -> np.ndarray:
-    """(m,) bool: faces with the same three vertices as an earlier one, in any order."""
-    a, b, c = F.T
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    first, _ = weld(np.stack([low, a.astype(np.int64) + b + c - low - high, high], 1).astype(np.float64))
-    again = np.ones(len(F), bool)
-    again[first] = False
-    return again
 
 
 def collapse_zero_edges(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, int]:
@@ -69,32 +50,78 @@ def collapse_zero_edges(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tup
     return part[F], int((part != np.arange(len(V))).sum())
 
 
-def weld_borders(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, int]:
-    """Faces with coincident border vertices made one, and the number of vertices that went.
+def weld_borders(V: np.ndarray, F: np.ndarray, groups: EdgeGroups,
+                 progress: Progress = no_progress) -> tuple[np.ndarray, EdgeGroups, int]:
+    """Faces with coincident border vertices made one, their edges, and the number of vertices that went.
 
     Only where fewer border edges are left once the result is cut into a manifold again. Vertices inside a surface are
-    never joined, so surfaces that merely touch stay apart. Exact coincidence is tried first, then NEAR times the box.
+    never joined, so surfaces that merely touch stay apart. Exact coincidence is tried first, then a distance of NEAR
+    times the box, of a tenth of the shortest border edge at either vertex if that is less: no edge is collapsed.
     """
     changed = 0
-    for near in (0.0, NEAR * float(np.ptp(V, axis=0).max())):
+    for near in (0.0, reach_of(V, F)):
         alone = groups.halfedges[groups.starts[:-1][groups.sizes == 1]]
         if len(alone) == 0:
             break
-        border = np.unique([F.reshape(-1)[alone], np.roll(F, -1, 1).reshape(-1)[alone]])
+        a, b = F.reshape(-1)[alone], np.roll(F, -1, 1).reshape(-1)[alone]
+        border = np.unique([a, b])
+        progress(near > 0, "Merging vertices")
+        first, place = weld(V[border])
+        if near:
+            length = np.linalg.norm(V[b] - V[a], axis=1)
+            shortest = np.full(len(V), near)
+            np.minimum.at(shortest, np.concatenate([a, b]), 0.1 * np.concatenate([length, length]))
+            least = np.full(len(first), near)
+            np.minimum.at(least, place, shortest[border])
+            first = first[near_places(V[border[first]], least)]
         joined = np.arange(len(V), dtype=np.int32)
-        joined[border] = border[_places(V[border], near)]
+        joined[border] = border[first[place]]
+        joined = _apart_along_edges(F, joined)
         count = int((joined != np.arange(len(V))).sum())
         if count:
+            progress(0.5 + 0.5 * (near > 0), "Merging vertices")
             trial = joined[F]
-            trial = trial[~repeated_corners(trial)]
             trial_groups = EdgeGroups.of(trial, len(V))
-            if _borders_after_cut(V, trial, trial_groups) < len(alone):
+            if borders_after_cut(V, trial, trial_groups) < len(alone):
                 F, groups, changed = trial, trial_groups, changed + count
-    return F, changed
+    return F, groups, changed
 
 
-def _borders_after_cut(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> int:
-    """Border edges of the manifold that F (m, 3) would be made."""
+def reach_of(V: np.ndarray, F: np.ndarray) -> float:
+    """NEAR times the longest side of the box of faces F (m, 3)."""
+    return NEAR * float(np.ptp(compact(V, F)[0], axis=0).max())
+
+
+def _apart_along_edges(F: np.ndarray, joined: np.ndarray) -> np.ndarray:
+    """joined (n,) without the places that hold two corners of one face."""
+    trial = joined[F]
+    broken = repeated_corners(trial)
+    if not broken.any():
+        return joined
+    flat = trial[broken]
+    same = np.concatenate([flat[flat[:, k] == flat[:, k - 1], k] for k in range(3)])
+    split = np.isin(joined, same)
+    return np.where(split, np.arange(len(joined)), joined).astype(np.int32)
+
+
+def stitch(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, EdgeGroups, int]:
+    """Faces with border edges split where border vertices lie on them, their edges, and the number of splits.
+
+    Only where fewer border edges are left once the result is cut into a manifold again.
+    """
+    borders = int((groups.sizes == 1).sum())
+    if borders == 0:
+        return F, groups, 0
+    trial, splits = split_at_junctions(V, F, groups, reach_of(V, F))
+    if splits:
+        trial_groups = EdgeGroups.of(trial, len(V))
+        if borders_after_cut(V, trial, trial_groups) < borders:
+            return trial, trial_groups, splits
+    return F, groups, 0
+
+
+def borders_after_cut(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> int:
+    """Border edges of the manifold that faces F (m, 3) would be made."""
     sizes = groups.sizes
     if (sizes > 2).any() or _disagree(F.reshape(-1), groups).any():
         F = F[~duplicates(F)]
@@ -102,100 +129,6 @@ def _borders_after_cut(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> int:
         V, F, _, _ = cut(V, F, EdgeGroups.of(F, len(V)))
         sizes = EdgeGroups.of(F, len(V)).sizes
     return int((sizes == 1).sum())
-
-
-def _places(V: np.ndarray, near: float) -> np.ndarray:
-    """Row of the first point at about the place of each point of V (n, 3), (n,): exactly, or within near < distance."""
-    if near == 0:
-        first, place = weld(V)
-        return first[place]
-    a, b = [], []
-    for shift in np.ndindex(2, 2, 2):  # two points closer than `near` share a cell of one of these grids
-        first, place = weld(np.floor(V / (2 * near) + 0.5 * np.array(shift)))
-        a.append(np.arange(len(V)))
-        b.append(first[place])
-    return vertex_parts(len(V), np.concatenate(a), np.concatenate(b))
-
-
-def orient(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, int, int]:
-    """Faces turned so that neighbours agree; faces turned one by one, and faces of closed parts turned outward.
-
-    Parts are joined across edges of exactly two faces. An inconsistent part takes the outward side where it is closed
-    and its majority's side where it is open. A consistent closed part that is inside out is turned too, unless it is
-    a cavity, that is, its box lies in that of another closed part. A one-sided part keeps edges where its faces
-    disagree; `cut` opens those.
-    """
-    part, turned, conflict = _parities(F.reshape(-1), groups.halfedges, groups.starts, len(F))
-    ids, part = np.unique(part, return_inverse=True)
-    part = part.reshape(-1)
-    volume = _volumes(V, F, *((V.min(0) + V.max(0)) / 2))
-    open_edge = (groups.sizes != 2) | conflict
-    of_halfedge = np.repeat(open_edge, groups.sizes)
-    opened = np.zeros(len(ids), bool)
-    opened[part[groups.halfedges[of_halfedge] // 3]] = True
-    faces, minority = np.bincount(part), np.bincount(part, turned)
-    signed = np.bincount(part, np.where(turned, -volume, volume))
-    mixed = minority > 0
-    swap = mixed & np.where(opened, minority > faces / 2, signed < 0)
-    turned ^= swap[part]
-    singly = int(turned.sum())
-    closed = np.flatnonzero(~opened)
-    signed = np.where(swap, -signed, signed)
-    outward = np.zeros(len(ids), bool)
-    if len(closed) and (signed[closed] < 0).any():
-        outward[closed] = signed[closed].sum() < 0
-        signed = np.where(outward, -signed, signed)
-        low, high = np.full((len(ids), 3), np.inf), np.full((len(ids), 3), -np.inf)
-        corners = V[F]
-        np.minimum.at(low, part, corners.min(1))
-        np.maximum.at(high, part, corners.max(1))
-        solid = closed[signed[closed] > 0]
-        for i in closed[signed[closed] < 0]:
-            if not ((low[solid] <= low[i]) & (high[solid] >= high[i])).all(1).any():
-                outward[i] ^= True
-        turned = turned ^ outward[part]
-    if turned.any():
-        F = np.where(turned[:, None], F[:, ::-1], F)
-    return F, singly, int(outward[part].sum())
-
-
-@compiled
-def _parities(flat, halfedges, starts, m):
-    """Part of each face, whether it is turned against its part's first face, and edges where that is contradictory."""
-    parent, parity = np.arange(m).astype(np.int32), np.zeros(m, np.uint8)  # parity: against the parent
-    conflict = np.zeros(len(starts) - 1, np.bool_)
-    for g in range(len(starts) - 1):
-        if starts[g + 1] - starts[g] != 2:
-            continue
-        h, k = halfedges[starts[g]], halfedges[starts[g] + 1]
-        i, p = _root(parent, parity, h // 3)
-        j, q = _root(parent, parity, k // 3)
-        differ = np.uint8(flat[h] == flat[k])
-        if i == j:
-            conflict[g] = p ^ q != differ
-        else:
-            low, high = min(i, j), max(i, j)
-            parent[high], parity[high] = low, p ^ q ^ differ
-    turned = np.zeros(m, np.bool_)
-    for f in range(m):
-        root, p = _root(parent, parity, f)
-        turned[f] = p == 1
-        parent[f], parity[f] = root, p
-    return parent, turned, conflict
-
-
-@compiled
-def _root(parent, parity, i):
-    p, top = np.uint8(0), i
-    while parent[top] != top:
-        p ^= parity[top]
-        top = parent[top]
-    total = p
-    while parent[i] != top and i != top:  # hang the whole path under the root
-        above, rest = parent[i], p ^ parity[i]
-        parent[i], parity[i] = top, p
-        i, p = above, rest
-    return top, total
 
 
 def cut(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, np.ndarray, int, int]:

@@ -1,8 +1,10 @@
 """Remeshing as the surface of a solid with TetWild: the last resort for meshes that nothing gentler repairs.
 
 It runs in a process of its own, because it takes minutes, cannot be interrupted, and drops a file into the current
-folder; the process works in a temporary folder and is ended on a cancel or after LIMIT seconds.
+folder; the process works in a temporary folder and is ended on a cancel or after LIMIT seconds. Two runs differ, so
+that the first result is kept in the user's cache folder, by a hash of the input, and is taken again.
 """
+import importlib.metadata
 import importlib.util
 import os
 import subprocess
@@ -13,7 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
+from . import resultcache
 from .errors import DependencyError, MeshError
+from .mesh import TriMesh
 from .progress import Progress, no_progress
 
 LIMIT = 900.0  # seconds; 12k faces take 10 to 16 s, and time grows with damage more than with size
@@ -30,24 +34,43 @@ np.save("points.npy", np.asarray(V, np.float64))
 
 
 def remesh(V: np.ndarray, F: np.ndarray, progress: Progress = no_progress,
-           limit: float = LIMIT) -> tuple[np.ndarray, np.ndarray]:
-    """The boundary (V, F) of the solid that V (n, 3), F (m, 3) enclose by winding number, within ENVELOPE.
+           limit: float = LIMIT) -> tuple[np.ndarray, np.ndarray, bool]:
+    """The boundary (V, F) of the solid that V (n, 3), F (m, 3) enclose by winding number, within ENVELOPE; was it kept?
 
-    Oriented outward; it may still touch itself in edges or vertices. Not deterministic. Raises DependencyError
-    without pytetwild, MeshError if it fails, encloses nothing or needs more than `limit` seconds, and Cancelled.
+    Oriented outward; it may still touch itself in edges or vertices. The same input gives the same output as long as
+    the cache folder holds the first; True then. Raises DependencyError without pytetwild, MeshError if it fails,
+    encloses nothing or needs more than `limit` seconds, and Cancelled.
     """
     if importlib.util.find_spec("pytetwild") is None:
         raise DependencyError("Expected the package pytetwild for TetWild, found none; "
                               "run pip install pytetwild==0.2.3, or use --clean auto")
-    with tempfile.TemporaryDirectory(prefix="npm-tetwild-") as folder:
-        np.save(Path(folder, "V.npy"), V)
-        np.save(Path(folder, "F.npy"), np.asarray(F, np.int32))
-        _run(folder, progress, limit)
-        P, T = np.load(Path(folder, "points.npy")), np.load(Path(folder, "tetrahedra.npy"))
+    V, F = np.ascontiguousarray(V, np.float64), np.ascontiguousarray(F, np.int32)
+    folder = resultcache.user_cache() / "tetwild"
+    key = resultcache.digest(importlib.metadata.version("pytetwild"), PROGRAM, repr(ENVELOPE), V, F)
+    kept = _checked(resultcache.load(folder, key))
+    if kept:
+        return *kept, True
+    with tempfile.TemporaryDirectory(prefix="npm-tetwild-") as work:
+        np.save(Path(work, "V.npy"), V)
+        np.save(Path(work, "F.npy"), F)
+        _run(work, progress, limit)
+        P, T = np.load(Path(work, "points.npy")), np.load(Path(work, "tetrahedra.npy"))
     F = _boundary(P, T)
     if len(F) == 0:
         raise MeshError("Expected TetWild to find a solid, found none; the mesh encloses no volume, use --clean auto")
-    return P, F
+    used, F = np.unique(F, return_inverse=True)
+    P, F = P[used], F.reshape(-1, 3).astype(np.int32)
+    resultcache.keep(folder, key, V=P, F=F)
+    return P, F, False
+
+
+def _checked(arrays: dict[str, np.ndarray] | None) -> tuple[np.ndarray, np.ndarray] | None:
+    """V and F of a cache entry if it holds a mesh."""
+    try:
+        mesh = TriMesh.from_arrays(arrays["V"], arrays["F"])
+    except (TypeError, KeyError, MeshError):
+        return None
+    return mesh.V, mesh.F
 
 
 def _run(folder: str, progress: Progress, limit: float) -> None:

@@ -1,7 +1,11 @@
-"""Finding vertices that lie at exactly the same place."""
+"""Finding vertices that lie at exactly the same place, or at nearly the same."""
 import numpy as np
 
+from .adjacency import find, join
 from .jit import compiled
+
+SLOPE = np.array([0.6180339887, 0.5545497331, 0.5571067812])  # a direction that no plane of a model is square to
+WORK = 256  # distances computed for each point, at most: more are near each other only where there is no shape
 
 
 def weld(V: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -37,3 +41,32 @@ def _weld(bits, table):
                 break
             slot = (slot + np.uint64(1)) & mask
     return first[:found].copy(), place
+
+
+def near_places(V: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    """Smallest row joined to each row of V (n, 3), (n,) int32: rows at a distance below the reach (n,) of both, and on.
+
+    The rows must differ. After WORK n distances the rest stays apart.
+    """
+    along = V @ SLOPE
+    order = np.argsort(along, kind="stable").astype(np.int32)
+    return _near(np.ascontiguousarray(V), reach, along, order, WORK * len(V))
+
+
+@compiled
+def _near(V, reach, along, order, work):
+    parent = np.arange(len(V)).astype(np.int32)
+    for i in range(len(order)):
+        a = order[i]
+        for j in range(i + 1, len(order)):
+            b = order[j]
+            if along[b] - along[a] >= reach[a] or work < 0:
+                break
+            work -= 1
+            near = min(reach[a], reach[b])
+            x, y, z = V[a, 0] - V[b, 0], V[a, 1] - V[b, 1], V[a, 2] - V[b, 2]
+            if x * x + y * y + z * z < near * near:
+                join(parent, a, b)
+    for i in range(len(V)):
+        parent[i] = find(parent, i)
+    return parent
