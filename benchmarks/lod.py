@@ -1,0 +1,192 @@
+"""The LoD builder on a corpus: is every sequence valid, how far is the finest level from the input, what does it cost.
+
+    python -m benchmarks.lod CORPUS [--report docs/lod.md] [--processes 2]
+
+Validity on all meshes of every split, the floor (error of M^3 with nothing lost, fitted and sampled) on the val split,
+seconds on a sphere with bumps made here, beside libigl's qslim in the same run. Resumes; results lie in out/lod/.
+"""
+
+import argparse
+import time
+from collections import Counter
+from dataclasses import dataclass
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+
+from npm_blender.core.clean import clean
+from npm_blender.core.decimate import decimate
+from npm_blender.core.lod import levels
+from npm_blender.core.mesh import Frame, TriMesh
+from npm_blender.core.metrics import Original
+from npm_blender.core.subdivide import hierarchy
+from npm_blender.core.topology import opposite_halfedges, topology_of, vertex_fans
+
+from . import jobs
+from .corpus import Entry, entries
+
+BASE_FACES, LEVELS = 400, 3
+SPLITS = ("train", "val", "test")
+
+
+@dataclass(frozen=True)
+class Task:
+    """One mesh; floor: whether errors are measured as well."""
+
+    name: str
+    entry: Entry
+    floor: bool
+
+
+def border_length(V: np.ndarray, F: np.ndarray, opposite: np.ndarray) -> float:
+    """Summed length of the border edges."""
+    h = np.flatnonzero(opposite == np.arange(F.size))
+    a, b = F.reshape(-1)[h], F.reshape(-1)[h - h % 3 + (h + 1) % 3]
+    return float(np.linalg.norm(V[a] - V[b], axis=1).sum())
+
+
+def turned(V: np.ndarray, N: np.ndarray, F: np.ndarray) -> float:
+    """Share of faces that oppose the input's normals N at their corners."""
+    return float(((TriMesh(V[: F.max() + 1], F).face_normals() * N[F].sum(1)).sum(1) < 0).mean())
+
+
+def measure(task: Task) -> dict:
+    """Row of one mesh."""
+    mesh, report = clean(task.entry.read(), "auto")
+    unit = TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F)
+    begun = time.process_time()
+    decimation = decimate(unit, BASE_FACES)
+    middle = time.process_time()
+    lod = levels(decimation, LEVELS)
+    seconds = (middle - begun, time.process_time() - middle)
+    source, base = topology_of(unit.F), topology_of(lod.F0)
+    lods = hierarchy(lod.F0, len(lod.V0), LEVELS)
+    finest = lods[-1].F
+    row = {
+        "faces": len(unit.F),
+        "base_faces": len(lod.F0),
+        "message": lod.message,
+        "cleaning": report.summary,
+        "seconds": seconds,
+        "euler": source.euler == base.euler,
+        "loops": source.border_loops == base.border_loops,
+        "components": source.components == base.components,
+        "manifold": bool((vertex_fans(lod.F0, opposite_halfedges(lod.F0), len(lod.V0)) == 1).all()),
+        "finite": bool(np.isfinite(lod.V).all() and np.isfinite(lod.N).all()),
+        "turned": [turned(lod.V, lod.N, level.F) for level in lods[1:]],
+    }
+    if source.border_loops:
+        there = border_length(lod.V, finest, lods[-1].opposite)
+        row["border"] = there / border_length(unit.V, unit.F, decimation.opposite)
+    if task.floor:
+        original = Original(unit, 50_000)
+        for name, V in (("fitted", lod.V), ("sampled", levels(decimation, LEVELS, fitted=False).V)):
+            m = original.evaluate(TriMesh(V, finest))
+            row[name] = [m.d_pm, m.d_normal, m.d_reverse]
+    return row
+
+
+def causes(row: dict) -> list[str]:
+    """Why a row is no valid sequence; empty if it is one."""
+    if "error" in row:
+        return [row["error"]]
+    found = [f"{name} differ" for name in ("euler", "loops", "components") if not row[name]]
+    return found + [f"not {name}" for name in ("manifold", "finite") if not row[name]]
+
+
+def validity(rows: dict[str, dict]) -> list[str]:
+    """Lines on all meshes: failures by cause, base sizes, turned faces, borders."""
+    failed = {name: causes(row) for name, row in rows.items() if causes(row)}
+    good = [row for name, row in rows.items() if name not in failed]
+    stopped = Counter(row["message"].split(": ")[-1] for row in good if row["base_faces"] > BASE_FACES)
+    share = np.array([row["turned"] for row in good])
+    border = np.array([row["border"] for row in good if "border" in row])
+    lines = [
+        f"{len(good)} of {len(rows)} meshes give a valid sequence: manifold, Euler characteristic, components and border "
+        f"loops of the cleaned input. Base meshes above {BASE_FACES} faces: {sum(stopped.values())} "
+        + "".join(f"({count}: {why})" for why, count in stopped.most_common()) + ".",
+        "",
+        f"Turned faces at levels 1 to {LEVELS}, mean over meshes: "
+        + ", ".join(f"{100 * s:.2f} %" for s in share.mean(0))
+        + f"; meshes with more than 0.1 % at level {LEVELS}: {(share[:, -1] > 1e-3).sum()}.",
+        "",
+        f"Border length of level {LEVELS} over the input's, {len(border)} open meshes: median {np.median(border):.4f}, "
+        f"within 2 % on {100 * np.mean(np.abs(border - 1) < 0.02):.1f} %, least {border.min():.3f}, most {border.max():.3f}.",
+    ]
+    if failed:
+        lines += ["", "| failure | meshes |", "|---|---|"]
+        lines += [f"| {why} | {n} |" for why, n in Counter(w for f in failed.values() for w in f).most_common()]
+    return lines
+
+
+def floor(rows: dict[str, dict]) -> list[str]:
+    """Lines of the table on the error of the finest level with nothing lost, geometric means."""
+    found = {k: np.array([row[k] for row in rows.values() if k in row]) for k in ("sampled", "fitted")}
+    mean = {k: np.exp(np.log(np.maximum(v, 1e-3)).mean(0)) for k, v in found.items()}
+    lines = [f"| M^{LEVELS}, {len(found['fitted'])} meshes | d_pm | d_normal | d_reverse |", "|---|---|---|---|"]
+    for name in ("sampled", "fitted"):
+        lines.append("| " + " | ".join([name, *(f"{x:.3f}" for x in mean[name])]) + " |")
+    return [*lines, "| ratio | " + " | ".join(f"{x:.3f}" for x in mean["fitted"] / mean["sampled"]) + " |"]
+
+
+def cost() -> list[str]:
+    """Lines of the table of seconds, medians of three, one thread; and peak memory."""
+    import resource
+
+    import igl
+
+    from tests.shapes import bumpy
+
+    def timed(function, *arguments) -> tuple:
+        """The result and the processor seconds."""
+        begun = time.process_time()
+        result = function(*arguments)
+        return result, time.process_time() - begun
+
+    lines = ["| faces | decimate, s | levels, s | libigl qslim, s | ratio | peak memory, MB |", "|---|---|---|---|---|---|"]
+    levels(decimate(bumpy(3), 100), 1)
+    totals = []
+    for depth, repeats in ((6, 3), (8, 1)):
+        mesh = bumpy(depth)
+        unit = TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F)
+        rows = []
+        for _ in range(repeats):
+            decimation, one = timed(decimate, unit, BASE_FACES)
+            rows.append((one, timed(levels, decimation, LEVELS)[1]))
+        one, two = np.median(rows, axis=0)
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        V, F = np.asfortranarray(unit.V), np.asfortranarray(unit.F)
+        other = np.median([timed(igl.qslim, V, F, BASE_FACES)[1] for _ in range(repeats)])
+        totals.append((one + two) / len(unit.F))
+        lines.append(f"| {len(unit.F):,} | {one:.2f} | {two:.2f} | {other:.2f} | {(one + two) / other:.2f} | {peak:.0f} |")
+    return [*lines, "", f"Seconds per face of the large mesh over the small one's: {totals[1] / totals[0]:.2f}."]
+
+
+def main() -> None:
+    """Read the options, measure what is missing, print or write the page."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("corpus", type=Path)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--report", type=Path)
+    o = parser.parse_args()
+    tasks = [Task(f"{s}/{e.name}", e, s == "val") for s in SPLITS for e in entries(o.corpus, s)]
+    rows = jobs.run(measure, tasks, Path("out/lod/sequences.jsonl"), o.processes)
+    rows = {t.name: rows[t.name] for t in tasks}
+    page = [
+        "# The LoD builder",
+        "",
+        f"Made {date.today()} by `python -m benchmarks.lod CORPUS --report docs/lod.md`: {BASE_FACES} base faces, {LEVELS} "
+        "levels. d_pm, d_reverse: unit cube x 1e-4; d_normal: degrees; seconds of one thread.",
+        "",
+        *validity(rows), "",
+        "The floor, geometric means over the val split:", "", *floor(rows), "",
+        *cost(), "",
+    ]
+    print("\n".join(page))
+    if o.report:
+        o.report.write_text("\n".join(page))
+
+
+if __name__ == "__main__":
+    main()
