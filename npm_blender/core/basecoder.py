@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from .errors import MeshError, StreamError
+from .header import MAX_BITS
 from .jit import njit
 from .rangecoder import code_bit, code_raw, decoder, encoder, finish, new_contexts, new_weights
 from .topology import opposite_halfedges
 
-MIN_BITS, MAX_BITS = 4, 20
 _REACH = 4                  # coordinates stay within +-4 of the unit frame
 _LIMIT = 1 << MAX_BITS + 2   # so lattice positions stay below this
 _BITS = MAX_BITS + 4        # longest residual

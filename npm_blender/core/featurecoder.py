@@ -34,7 +34,6 @@ from .topology import opposite_halfedges
 from .varint import read_varint, write_varint
 
 MAX_VALUE = (1 << 20) - 1
-MAX_LEVEL_FACES = 1 << 24       # faces of all feature levels together
 _LIMIT = 14                     # magnitudes by context up to here, above Exp-Golomb
 _STRIDE = _LIMIT + 1
 _LEVELS, _CHANNELS = 6, 32      # levels and channels that have contexts of their own

@@ -8,9 +8,9 @@ from . import weights as weight_file
 from .backend import NUMPY
 from .decoder import FEATURES, decode
 from .errors import SettingsError, WeightsError
+from .header import Stream
 from .mesh import Frame, TriMesh
 from .operators import MeshIndex
-from .stream import Stream, read_stream
 from .subdivide import hierarchy
 
 CACHED = 32  # decodes kept; a slider that goes back finds its meshes at once
@@ -106,4 +106,6 @@ def open_stream(data: bytes) -> ProgressiveMesh:
 
     Raises StreamError (foreign, newer, corrupted, or cut before the end of the base mesh), WeightsError.
     """
+    from .stream import read_stream  # only here: this import loads or compiles the entropy decoder
+
     return ProgressiveMesh(read_stream(data), len(data))

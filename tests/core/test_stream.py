@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from npm_blender.core.basecoder import quantize_positions
 from npm_blender.core.connectivity import canonical_order
 from npm_blender.core.errors import StreamError
-from npm_blender.core.featurecoder import MAX_LEVEL_FACES
+from npm_blender.core.header import MAX_LEVEL_FACES
 from npm_blender.core.stream import MAGIC, VERSION, Header, read_stream, write_stream
 
 from .base_meshes import TETRAHEDRON, some_features, sphere
