@@ -155,3 +155,39 @@ DIRTY = {
     "quads and concave polygons as OBJ": Dirty(
         lambda: read_text(".obj", polygons_as_obj(*prism_of_star(), "l 1 2\nf 3 4\np 5")), 1, 0, None, ""),
 }
+
+
+class Refused(NamedTuple):
+    """make: what gives the mesh, or raises itself; words: of the one line that refuses it."""
+
+    make: Callable[[], TriMesh]
+    words: str
+
+
+REFUSED = {
+    "NaN in one vertex": Refused(lambda: changed(sphere(), 7, np.nan), "found 1 vertices with NaN or infinity"),
+    "infinity in one vertex": Refused(lambda: changed(sphere(), 7, np.inf), "found 1 vertices with NaN or infinity"),
+    "NaN in an OBJ file": Refused(lambda: read_text(".obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), "NaN"),
+    "index out of range": Refused(lambda: mesh(sphere().V[:-1], sphere().F), "vertex indices 0..160, found 0..161"),
+    "negative index": Refused(lambda: mesh(sphere().V, sphere().F - 1), "vertex indices 0..161, found -1..160"),
+    "index beyond 32 bits": Refused(lambda: mesh(sphere().V, sphere().F.astype(np.int64) + 2**32), "vertex indices"),
+    "index out of range in an OBJ file": Refused(
+        lambda: read_text(".obj", polygons_as_obj(*prism_of_star(), "f 1 2 99")), "with 40 vertices"),
+    "all vertices in one point": Refused(lambda: moved(sphere(), 0.0, (1, 2, 3)), "found only faces"),
+    "all vertices on a line": Refused(lambda: mesh(wave().V * [1, 0, 0], wave().F), "found"),
+    "only loose edges and points": Refused(lambda: read_text(".obj", "v 0 0 0\nv 1 0 0\nl 1 2\nf 1 2\n"),
+                                           "points without faces"),
+    "nothing but repeated corners": Refused(lambda: mesh(sphere().V, sphere().F[:, [0, 0, 1]]), "repeated corners"),
+    "too small": Refused(tetrahedron, "at least 20 faces, found 4"),
+    "too small once cleaned": Refused(lambda: joined(*[tetrahedron() for _ in range(6)]),
+                                      "found 4 after cleaning (dropped 20 faces of parts that lie on others)"),
+    "beyond all scales": Refused(lambda: moved(sphere(), 1e300), "extent from 1e-60 to 1e+60 units, found 2e+300"),
+    "below all scales": Refused(lambda: moved(sphere(), 1e-300), "extent from 1e-60 to 1e+60 units, found 2e-300"),
+}
+
+
+def changed(m: TriMesh, vertex: int, value: float) -> TriMesh:
+    """m with one coordinate changed."""
+    V = m.V.copy()
+    V[vertex, 1] = value
+    return mesh(V, m.F)

@@ -17,6 +17,7 @@ from .decimate import decimate
 from .decoder import FEATURES, decode
 from .encoder import encode
 from .errors import DependencyError
+from .leastfaces import too_many_parts
 from .lod import LodSequence
 from .lod import levels as lod_levels
 from .mesh import Frame, TriMesh
@@ -120,7 +121,7 @@ def compress(mesh: TriMesh, settings: CompressSettings | None = None, progress: 
     levels = hierarchy(lod.F0, len(lod.V0), lod.levels)
     sender = _Sender(model.params, unit, lod, levels, settings, refine_steps)
     data, features = sender.send(clock, model, frame, mesh)
-    messages = tuple(m for m in (lod.message,) if m)
+    messages = tuple(m for m in (lod.message, too_many_parts(lod.F0, settings.lod.base_faces)) if m)
     return Compressed(
         data,
         CompressReport(

@@ -5,7 +5,7 @@ from . import bvh
 from .jit import compiled
 
 SAMPLE = 20_000  # faces that are tested against all others
-WORK = 400  # box tests for each of them on average; more are needed where many faces lie on each other
+WORK = 100  # box tests for each of them on average; more are needed where many faces lie on each other
 
 
 def crossing_faces(V: np.ndarray, F: np.ndarray) -> tuple[int, bool]:
