@@ -67,19 +67,36 @@ def level_corners(levels: int) -> np.ndarray:
     return out
 
 
-def base_points(level: Level, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and edge midpoints of a level as points of the base: base face (n + e,) and barycentric (n + e, 3).
+def halfedge_points(level: Level) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices and edge midpoints of a level as points of its half-edges: half-edge (n + e,) int64, and how far along.
 
-    corners: `level_corners` of the level.
+    The share is 0 for a vertex, at the start of its half-edge, and 1/2 for a midpoint.
     """
     ids = level.F.reshape(-1)
     owner = np.zeros(level.n, np.int64)
     owner[ids[::-1]] = np.arange(len(ids))[::-1]
-    halfedge = level.edge_halfedge[:, 0].astype(np.int64)
-    after = halfedge - halfedge % 3 + (halfedge + 1) % 3
+    halfedge = np.concatenate([owner, level.edge_halfedge[:, 0]])
+    return halfedge, np.repeat([0.0, 0.5], (level.n, len(level.edges)))
+
+
+def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_face: np.ndarray, turn: np.ndarray,
+               ) -> tuple[np.ndarray, np.ndarray]:
+    """Where the map puts the vertices and edge midpoints of a level: input face (n + e,) and barycentric (n + e, 3).
+
+    corners: `level_corners`; old_face, turn (m0,): the base face of the decimation that each face of level 0 is, and
+    the corner of it that comes first here. Neighbours are mapped one after the other, through the same collapses.
+    """
+    halfedge, share = halfedge_points(level)
     flat, count = corners.reshape(-1, 3), corners.size // 3
-    b = np.concatenate([flat[owner % count], (flat[halfedge % count] + flat[after % count]) / 2])
-    return np.concatenate([owner, halfedge]) // count, b
+    after = halfedge - halfedge % 3 + (halfedge + 1) % 3
+    b = (1 - share[:, None]) * flat[halfedge % count] + share[:, None] * flat[after % count]
+    base = halfedge // count
+    # corner k of the new face is corner turn + k of the old one
+    b = np.take_along_axis(b, (np.arange(3)[None] - turn[base][:, None]) % 3, 1)
+    order = np.argsort(halfedge, kind="stable")
+    face, at = np.empty(len(order), np.int32), np.empty((len(order), 3))
+    face[order], at[order] = to_fine(decimation, old_face[base[order]], b[order])
+    return face, at
 
 
 def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, fitted: bool = True) -> LodSequence:
@@ -97,12 +114,7 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, 
         turn = (order.vertices[F0[:, :1]] == decimation.F0[old_face]).argmax(1)
     connectivity = hierarchy(F0, len(V0), levels)
     finest = connectivity[-1]
-    base, b = base_points(finest, level_corners(levels))
-    if not fitted:
-        base, b = base[:finest.n], b[:finest.n]
-    # corner k of the new face is corner turn + k of the old one
-    b = np.take_along_axis(b, (np.arange(3)[None] - turn[base][:, None]) % 3, 1)
-    face, b = to_fine(decimation, old_face[base], b)
+    face, b = map_points(decimation, finest, level_corners(levels), old_face, turn)
     normals = vertex_normals(mesh)
     face[:finest.n], b[:finest.n] = relax(mesh, decimation.opposite, normals, connectivity, face[:finest.n], b[:finest.n])
     S = np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]])
