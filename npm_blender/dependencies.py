@@ -1,8 +1,13 @@
 """The codec's doors: missing packages become one-line errors with a remedy, compiled code goes where it may."""
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from .core.errors import DependencyError
+
+if TYPE_CHECKING:
+    from .core.progressive import ProgressiveMesh
+    from .core.received import Received
 
 
 @contextmanager
@@ -19,12 +24,22 @@ def named_dependencies() -> Iterator[None]:
                               "reinstall the extension, then restart Blender") from error
 
 
-def open_stream(data: bytes):
-    """`core.codec.open_stream`, imported at first use. Raises StreamError, WeightsError or DependencyError."""
-    with named_dependencies(), compiled_code_in(cache_folder()):
-        from .core import codec
+def receive(data: bytes) -> "Received":
+    """`core.received.receive` in this process. Raises StreamError or DependencyError.
 
-        return codec.open_stream(data)
+    The window stands still while numba is loaded, half a second, or compiles, ten; where there is one, jobs.ReadJob
+    does this in another process.
+    """
+    with named_dependencies(), compiled_code_in(cache_folder()):
+        from .core.received import receive
+
+        return receive(data)
+
+
+def open_received(received: "Received") -> "ProgressiveMesh":
+    """`Received.open`. Raises StreamError, WeightsError or DependencyError."""
+    with named_dependencies():
+        return received.open()
 
 
 def cache_folder() -> str | None:

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,6 +23,7 @@ from .core.settings import CompressSettings
 
 if TYPE_CHECKING:
     from .core.mesh import TriMesh
+    from .core.received import Received
 
 PACKAGE_FOLDER = Path(__file__).parent
 POLL_SECONDS = 0.05
@@ -50,32 +52,30 @@ class WorkerCrash(RuntimeError):
 
 
 @dataclass(frozen=True)
-class Result:
-    """data: the `.npmesh` stream; report: the fields of the core's CompressReport."""
+class Compressed:
+    """stream: the compressed mesh, read again; report: the fields of the core's CompressReport."""
 
-    data: bytes
+    stream: "Received"
     report: dict
 
 
 class Job:
-    """One compression in a worker process.
+    """Work in a worker process; subclasses say which.
 
     fraction (0..1) and message tell how far it is, as of the last `poll`.
     """
 
-    def __init__(self, mesh: "TriMesh", settings: CompressSettings, scratch: str | None = None,
-                 cache: str | None = None) -> None:
-        """Start the worker. scratch: where its folder is made; cache: where compiled code is kept between jobs.
+    def __init__(self, write: Callable[[Path], None], scratch: str | None, cache: str | None) -> None:
+        """Start the worker. write: puts what it works on into the job's folder, which is made in `scratch`; cache:
+        where compiled code is kept between jobs.
 
         Raises DependencyError if there is no Python to start.
         """
-        from .worker import write_job
-
         self.fraction, self.message = 0.0, "Starting"
         self._last: dict = {}
         self._folder = Path(tempfile.mkdtemp(prefix="npmesh_", dir=scratch))
         try:
-            write_job(self._folder, mesh, settings)
+            write(self._folder)
             with open(self._folder / "out", "wb") as out, open(self._folder / "err", "wb") as err:
                 self._process = subprocess.Popen(
                     _command(self._folder), cwd=self._folder, env=_environment(self._folder, cache),
@@ -98,23 +98,25 @@ class Job:
                 self.fraction, self.message = max(self.fraction, said["fraction"]), said["message"]
         return ended
 
-    def result(self) -> Result:
-        """The compressed stream, after `poll` said that the job has ended; removes the job's folder.
+    def result(self):
+        """What the job made, after `poll` said that it has ended; removes the job's folder.
 
         Raises the NpmError that the worker met, or WorkerCrash with its traceback.
         """
-        from .worker import STREAM
-
         try:
             if "report" in self._last:
-                return Result((self._folder / STREAM).read_bytes(), self._last["report"])
+                return self._collect(self._last["report"])
             if "error" in self._last:
-                raise getattr(errors, self._last["error"])(self._last["message"])
+                raise _error(self._last)
             trace = (self._folder / "err").read_text(encoding="utf-8", errors="replace").strip()
             raise WorkerCrash(f"The worker process ended early (code {self._process.returncode}) in the step "
                               f"'{self.message}'\n{trace}".rstrip())
         finally:
             self._close()
+
+    def _collect(self, report):
+        """The result, from the worker's report and the files in the job's folder."""
+        raise NotImplementedError
 
     def cancel(self) -> None:
         """End the worker at once, with every process that it started, and remove its folder."""
@@ -126,7 +128,7 @@ class Job:
             self._process.wait()
         self._close()
 
-    def wait(self, progress: Progress = no_progress) -> Result:
+    def wait(self, progress: Progress = no_progress):
         """Block until the job has ended, telling `progress`; what `progress` raises cancels the job."""
         try:
             while not self.poll():
@@ -137,12 +139,44 @@ class Job:
             raise
         return self.result()
 
+    def _received(self, k: int) -> "Received":
+        from .worker import load_received
+
+        return load_received(self._folder, k)
+
     def _close(self) -> None:
         self._output.close()
         self._process.stdin.close()
         shutil.rmtree(self._folder, ignore_errors=True)
         if self in _running:
             _running.remove(self)
+
+
+class CompressJob(Job):
+    """Compress a mesh; the result is a Compressed."""
+
+    def __init__(self, mesh: "TriMesh", settings: CompressSettings, scratch: str | None = None,
+                 cache: str | None = None) -> None:
+        """Start; see Job."""
+        from .worker import write_mesh
+
+        super().__init__(lambda folder: write_mesh(folder, mesh, settings), scratch, cache)
+
+    def _collect(self, report: dict) -> Compressed:
+        return Compressed(self._received(0), report)
+
+
+class ReadJob(Job):
+    """Read .npmesh files; the result is a Received for each, or the NpmError that says why there is none."""
+
+    def __init__(self, paths: list[Path], scratch: str | None = None, cache: str | None = None) -> None:
+        """Start; see Job."""
+        from .worker import write_paths
+
+        super().__init__(lambda folder: write_paths(folder, paths), scratch, cache)
+
+    def _collect(self, report: list[dict]) -> "list[Received | errors.NpmError]":
+        return [_error(said) if "error" in said else self._received(k) for k, said in enumerate(report)]
 
 
 def running() -> tuple[Job, ...]:
@@ -155,6 +189,10 @@ def cancel_all() -> None:
     """Cancel every running job: the extension is being disabled, or the program ends."""
     for job in running():
         job.cancel()
+
+
+def _error(said: dict) -> errors.NpmError:
+    return getattr(errors, said["error"])(said["message"])
 
 
 def _command(folder: Path) -> list[str]:

@@ -7,14 +7,20 @@ or loading, comparing stamp and properties says what is still to do.
 import hashlib
 import time
 from collections import OrderedDict
+from typing import TYPE_CHECKING
 
 import bpy
 
 from . import bridge
 from .core.errors import NpmError, StreamError
-from .dependencies import open_stream
+from .dependencies import open_received, receive
+
+if TYPE_CHECKING:
+    from .core.progressive import ProgressiveMesh
+    from .core.received import Received
 
 STREAM = "npmesh_stream"  # custom property of an object: the packed bytes
+ARRAYS = "npmesh_arrays"  # what was read from them, so that they open without compiled code
 STAMP = "npmesh_shown"  # custom property of a level's mesh: stream and number of features that it holds
 KEPT_DECODERS = 8
 # What places an object; copied one by one, as a matrix would change the numbers that the user typed
@@ -36,41 +42,57 @@ def find(source: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> bpy.types
     return next((o for o in view_layer.objects if o.npmesh.is_preview and o.npmesh.source == source), None)
 
 
-def pack(obj: bpy.types.Object, data: bytes) -> None:
+def pack(obj: bpy.types.Object, received: "Received") -> None:
     """Keep a stream on an object.
 
     A property that exists is removed first: assigned over another, bytes end at their first zero (Blender 4.5, 5.2).
     """
-    if STREAM in obj:
-        del obj[STREAM]
-    obj[STREAM] = data
+    unpack(obj)
+    obj[STREAM], obj[ARRAYS] = received.data, received.arrays
 
 
-def decoder_of(obj: bpy.types.Object):
+def unpack(obj: bpy.types.Object) -> None:
+    """Remove what `pack` kept."""
+    for name in (STREAM, ARRAYS):
+        if name in obj:
+            del obj[name]
+
+
+def packed(obj: bpy.types.Object) -> "Received | None":
+    """The stream that is kept on an object, if there is one. Raises StreamError or DependencyError if it is damaged."""
+    from .core.received import Received
+
+    data, arrays = obj.get(STREAM), obj.get(ARRAYS)
+    if not isinstance(data, bytes):
+        return None
+    return Received(data, arrays) if isinstance(arrays, bytes) else receive(data)
+
+
+def decoder_of(obj: bpy.types.Object) -> "ProgressiveMesh":
     """The opened stream of a preview. Raises StreamError, WeightsError or DependencyError."""
     digest = obj.npmesh.digest
     if digest not in _decoders:
-        data = obj.get(STREAM)
-        if not isinstance(data, bytes):
+        received = packed(obj)
+        if received is None:
             raise StreamError(f"Expected the compressed stream in '{obj.name}', found none; open the file again")
-        _decoders[digest] = open_stream(data)
+        _decoders[digest] = open_received(received)
         while len(_decoders) > KEPT_DECODERS:
             _decoders.popitem(last=False)
     _decoders.move_to_end(digest)
     return _decoders[digest]
 
 
-def set_stream(obj: bpy.types.Object, data: bytes) -> None:
+def set_stream(obj: bpy.types.Object, received: "Received") -> None:
     """Make `obj`, a mesh object, the preview of a stream and show all of it at the finest level.
 
     Raises StreamError, WeightsError or DependencyError, and then leaves the object as it was.
     """
-    decoder = open_stream(data)
-    digest = hashlib.blake2b(data, digest_size=16).hexdigest()
+    decoder = open_received(received)
+    digest = hashlib.blake2b(received.data, digest_size=16).hexdigest()
     state = obj.npmesh
     old = _level_meshes(obj)
     _decoders[digest] = decoder
-    pack(obj, data)
+    pack(obj, received)
     state.is_preview = False  # no updates before all is set
     state.digest, state.level_count = digest, decoder.levels
     state.total_features, state.arrived_features = decoder.total_features, decoder.features
@@ -86,9 +108,11 @@ def set_stream(obj: bpy.types.Object, data: bytes) -> None:
     _remove_unused(old)
 
 
-def make(context: bpy.types.Context, data: bytes, name: str, source: bpy.types.Object | None) -> bpy.types.Object:
-    """A new preview object of a stream, selected and active; in place of `source`, which is hidden, if there is one.
+def make(context: bpy.types.Context, received: "Received", name: str,
+         source: bpy.types.Object | None) -> bpy.types.Object:
+    """A new preview object of a stream, in place of `source`, which is hidden, if there is one.
 
+    It becomes selected and active, except while another object is edited or sculpted.
     Raises StreamError, WeightsError or DependencyError, and then leaves nothing behind.
     """
     mesh = bpy.data.meshes.new(name)
@@ -96,7 +120,7 @@ def make(context: bpy.types.Context, data: bytes, name: str, source: bpy.types.O
     try:
         if source is not None and source.active_material is not None:
             mesh.materials.append(source.active_material)
-        set_stream(obj, data)
+        set_stream(obj, received)
     except BaseException:
         bpy.data.objects.remove(obj)
         raise
@@ -107,8 +131,6 @@ def make(context: bpy.types.Context, data: bytes, name: str, source: bpy.types.O
     space = context.space_data
     if space is not None and space.type == "VIEW_3D" and space.local_view:
         obj.local_view_set(space, True)
-    for other in context.selected_objects:
-        other.select_set(False)
     if source is not None:
         for name in TRANSFORM:
             setattr(obj, name, getattr(source, name))
@@ -117,6 +139,10 @@ def make(context: bpy.types.Context, data: bytes, name: str, source: bpy.types.O
         obj.npmesh.source = source
         obj.npmesh.report = source.npmesh.report
         source.hide_set(True)
+    if context.mode != "OBJECT":
+        return obj
+    for other in context.selected_objects:
+        other.select_set(False)
     obj.select_set(True)
     context.view_layer.objects.active = obj
     return obj
@@ -230,7 +256,7 @@ def apply(obj: bpy.types.Object) -> None:
     _remove_unused(levels)
     if STAMP in obj.data:
         del obj.data[STAMP]
-    del obj[STREAM]
+    unpack(obj)
     obj.property_unset("npmesh")
 
 

@@ -5,19 +5,19 @@ from bpy.props import BoolProperty
 from .. import bridge, jobs, preview
 from ..core.errors import NpmError
 from ..properties import CompressionProperties
-from .job_operator import JobOperator, one_line
+from .job_operator import ObjectJobOperator, one_line
 from .target import chosen_settings, fingerprint, poll_mesh, source_of
 
 
-def store(obj: bpy.types.Object, result: jobs.Result, made_from: str) -> None:
+def store(obj: bpy.types.Object, result: jobs.Compressed, made_from: str) -> None:
     """Keep a compressed stream and its report on `obj`."""
-    preview.pack(obj, result.data)
+    preview.pack(obj, result.stream)
     obj.npmesh.fingerprint = made_from
     lines = [result.report["cleaning"], *result.report["messages"]]
     obj.npmesh.report = "\n".join(line[0].upper() + line[1:] for line in lines if line)
 
 
-class OBJECT_OT_npmesh_compress(CompressionProperties, JobOperator, bpy.types.Operator):
+class OBJECT_OT_npmesh_compress(CompressionProperties, ObjectJobOperator, bpy.types.Operator):
     """Compress the active mesh object, with its modifiers applied, and show the result in its place"""
 
     bl_idname = "object.npmesh_compress"
@@ -41,17 +41,20 @@ class OBJECT_OT_npmesh_compress(CompressionProperties, JobOperator, bpy.types.Op
             settings = chosen_settings(self, source)
             mesh = bridge.mesh_of(source, context.evaluated_depsgraph_get())
             self._fingerprint = fingerprint(mesh, settings)
-            return self.run_job(context, source, mesh, settings)
+            return self.compress(context, source, mesh, settings)
         except (NpmError, OSError) as error:
             self.report({"ERROR"}, one_line(error))
             return {"CANCELLED"}
 
-    def finish(self, context, obj, result):
+    def store_and_show(self, context, obj, result):
         store(obj, result, self._fingerprint)
+        done = f"Compressed '{obj.name}': {result.report['faces']:,} faces to {len(result.stream.data):,} bytes"
+        if self.make_preview and context.mode != "OBJECT":  # the user went on working: nothing moves under the mouse
+            self.report({"INFO"}, f"{done}; to see it, leave this mode and press Show Preview")
+            return
         if self.make_preview:
             preview_of(context, obj)
-        faces, size = result.report["faces"], len(result.data)
-        self.report({"INFO"}, f"Compressed '{obj.name}': {faces:,} faces to {size:,} bytes")
+        self.report({"INFO"}, done)
 
 
 def preview_of(context: bpy.types.Context, obj: bpy.types.Object) -> bpy.types.Object:
@@ -60,9 +63,10 @@ def preview_of(context: bpy.types.Context, obj: bpy.types.Object) -> bpy.types.O
     Raises StreamError, WeightsError or DependencyError.
     """
     shown = preview.find(obj, context.view_layer)
+    received = preview.packed(obj)
     if shown is None:
-        return preview.make(context, obj[preview.STREAM], f"{obj.name} Preview", obj)
-    preview.set_stream(shown, obj[preview.STREAM])
+        return preview.make(context, received, f"{obj.name} Preview", obj)
+    preview.set_stream(shown, received)
     shown.npmesh.report = obj.npmesh.report
     return shown
 

@@ -9,13 +9,13 @@ from .. import bridge, jobs, preview
 from ..core.errors import FileError, NpmError
 from ..properties import SETTING_NAMES, CompressionProperties
 from .compress import store
-from .job_operator import JobOperator, one_line
+from .job_operator import ObjectJobOperator, one_line
 from .target import chosen_settings, fingerprint, poll_mesh
 
 SUFFIX = ".npmesh"
 
 
-class EXPORT_SCENE_OT_npmesh(CompressionProperties, JobOperator, bpy.types.Operator, ExportHelper):
+class EXPORT_SCENE_OT_npmesh(CompressionProperties, ObjectJobOperator, bpy.types.Operator, ExportHelper):
     """Write the active mesh object as a progressive mesh; any beginning of the file already shows the whole shape"""
 
     bl_idname = "export_scene.npmesh"
@@ -70,14 +70,14 @@ class EXPORT_SCENE_OT_npmesh(CompressionProperties, JobOperator, bpy.types.Opera
             if obj.npmesh.fingerprint == self._fingerprint and isinstance(obj.get(preview.STREAM), bytes):
                 self._write(obj[preview.STREAM])
                 return {"FINISHED"}
-            return self.run_job(context, obj, mesh, settings)
+            return self.compress(context, obj, mesh, settings)
         except (NpmError, OSError) as error:
             self.report({"ERROR"}, one_line(error))
             return {"CANCELLED"}
 
-    def finish(self, context, obj, result):
+    def store_and_show(self, context, obj, result):
         store(obj, result, self._fingerprint)
-        self._write(result.data)
+        self._write(result.stream.data)
 
     def _check_path(self) -> None:
         path = Path(self.filepath)
@@ -87,8 +87,8 @@ class EXPORT_SCENE_OT_npmesh(CompressionProperties, JobOperator, bpy.types.Opera
             raise FileError(f"Expected an existing folder, found none at '{path.parent}'; create it first")
 
     def _shown_part(self, obj: bpy.types.Object) -> bytes:
-        data = obj[preview.STREAM]
-        return data[:preview.decoder_of(obj).bytes_for(obj.npmesh.features)] if self.only_shown else data
+        decoder, data = preview.decoder_of(obj), obj[preview.STREAM]
+        return data[:decoder.bytes_for(obj.npmesh.features)] if self.only_shown else data
 
     def _write(self, data: bytes) -> None:
         from ..cli.files import write_atomic

@@ -5,20 +5,22 @@ import bpy
 from bpy.props import CollectionProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper, poll_file_object_drop
 
-from .. import preview
+from .. import jobs, preview
 from ..core.errors import NpmError
+from ..dependencies import cache_folder, receive
 from .export_stream import SUFFIX
-from .job_operator import one_line
+from .job_operator import JobOperator, one_line
 
 
-class IMPORT_SCENE_OT_npmesh(bpy.types.Operator, ImportHelper):
+class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
     """Open progressive meshes; a file that was cut off opens to what has arrived"""
 
     bl_idname = "import_scene.npmesh"
     bl_label = "Import Progressive Mesh"
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
+    bl_options = {"UNDO"}  # noqa: RUF012
 
     filter_glob: StringProperty(default=f"*{SUFFIX}", options={"HIDDEN"})
+    filepath: StringProperty(subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"})  # set: the file is dropped
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
 
@@ -30,30 +32,53 @@ class IMPORT_SCENE_OT_npmesh(bpy.types.Operator, ImportHelper):
         return True
 
     def invoke(self, context, event):
-        return self.invoke_popup(context)
+        if self.files or self.properties.is_property_set("filepath"):  # dropped: there is nothing to ask
+            return self.execute(context)
+        return ImportHelper.invoke(self, context, event)
 
     def draw(self, context):
         """Nothing to set: how a mesh was compressed is in its file."""
 
     def execute(self, context):
         names = [f.name for f in self.files if f.name]
-        paths = [Path(self.directory, name) for name in names] if names else [Path(self.filepath)]
-        from ..cli.files import check_input
+        self._paths = [Path(self.directory, name) for name in names] if names else [Path(self.filepath)]
+        if self.blocks():
+            return self.finish(context, [_received(path) for path in self._paths])
+        doing = f"Opening '{self._paths[0].name}'" if len(self._paths) == 1 else f"Opening {len(self._paths)} files"
+        try:
+            return self.run_job(context, jobs.ReadJob(self._paths, bpy.app.tempdir, cache_folder()), doing)
+        except (NpmError, OSError) as error:
+            self.report({"ERROR"}, one_line(error))
+            return {"CANCELLED"}
 
+    def finish(self, context, result):
         opened = []
-        for path in paths:
+        for path, received in zip(self._paths, result, strict=True):
             try:
-                opened.append(preview.make(context, check_input(path).read_bytes(), path.stem, None))
-            except (NpmError, OSError) as error:
+                if isinstance(received, NpmError):
+                    raise received
+                opened.append(preview.make(context, received, path.stem, None))
+            except NpmError as error:
                 self.report({"ERROR"}, f"'{path.name}': {one_line(error)}")
                 continue
             state = opened[-1].npmesh
             if state.arrived_features < state.total_features:
                 self.report({"WARNING"}, f"'{path.name}' ends early: opened with {state.arrived_features:,} of "
                                          f"{state.total_features:,} features")
-        for obj in opened:
-            obj.select_set(True)
+        if context.mode == "OBJECT":
+            for obj in opened:
+                obj.select_set(True)
         return {"FINISHED"} if opened else {"CANCELLED"}
+
+
+def _received(path: Path):
+    """What jobs.ReadJob would give for one file, in this process."""
+    from ..core.files import read_file
+
+    try:
+        return receive(read_file(path))
+    except NpmError as error:
+        return error
 
 
 class IO_FH_npmesh(bpy.types.FileHandler):

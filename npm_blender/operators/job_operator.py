@@ -1,4 +1,4 @@
-"""What Compress and Export share: run one job, in the window without stopping it, elsewhere to the end."""
+"""What Compress, Export and Import share: run one job, in the window without stopping it, elsewhere to the end."""
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,7 @@ TIMER_SECONDS = 0.1
 
 
 class JobOperator:
-    """Mix-in of an operator: `run_job` starts a job, `finish` gets its result.
+    """Mix-in of an operator: `run_job` takes a job that has started, `finish` gets its result.
 
     In a window, an operator that was invoked runs modal: progress in the status bar and the panel, Esc cancels. From a
     script or in the background it blocks until the job has ended.
@@ -25,17 +25,22 @@ class JobOperator:
     _job: jobs.Job | None = None
     _text: str | None = None
 
-    def finish(self, context: bpy.types.Context, obj: bpy.types.Object, result: jobs.Result) -> None:
-        """What to do with the result for `obj`. May raise NpmError or OSError."""
+    def finish(self, context: bpy.types.Context, result) -> set | None:
+        """What to do with the job's result. Returns the operator's result, None for FINISHED.
+
+        May raise NpmError or OSError.
+        """
         raise NotImplementedError
 
-    def run_job(self, context: bpy.types.Context, obj: bpy.types.Object, mesh: "TriMesh",
-                settings: CompressSettings) -> set:
-        """Compress `mesh` for `obj`; returns the operator's result. Raises DependencyError or OSError."""
-        job = jobs.Job(mesh, settings, scratch=bpy.app.tempdir, cache=cache_folder())
-        if bpy.app.background or not self.options.is_invoke:
-            return self._deliver(context, obj, job.wait)
-        self._job, self._uid, self._name = job, obj.session_uid, obj.name
+    def blocks(self) -> bool:
+        """Whether whoever called the operator waits for its result."""
+        return bpy.app.background or not self.options.is_invoke
+
+    def run_job(self, context: bpy.types.Context, job: jobs.Job, doing: str) -> set:
+        """Let `job` end; returns the operator's result. doing: for the status bar, as "Compressing 'Cube'"."""
+        if self.blocks():
+            return self._deliver(context, job.wait)
+        self._job, self._doing = job, doing
         manager = context.window_manager
         self._timer = manager.event_timer_add(TIMER_SECONDS, window=context.window)
         manager.modal_handler_add(self)
@@ -49,7 +54,7 @@ class JobOperator:
             job.cancel()
         if job not in jobs.running():  # by Esc, by the panel's button, or because the extension is being disabled
             self._clean_up(context)
-            self.report({"INFO"}, f"Compressing '{self._name}' was cancelled")
+            self.report({"INFO"}, f"{self._doing} was cancelled")
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
@@ -57,12 +62,7 @@ class JobOperator:
             self._show(context)
             return {"PASS_THROUGH"}
         self._clean_up(context)
-        obj = next((o for o in bpy.data.objects if o.session_uid == self._uid), None)
-        if obj is None or obj.name not in context.view_layer.objects:
-            job.cancel()
-            self.report({"WARNING"}, f"'{self._name}' was removed while it was compressed; the result is dropped")
-            return {"CANCELLED"}
-        return self._deliver(context, obj, job.result)
+        return self._deliver(context, job.result)
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Called by Blender when it ends the operator: another file is loaded, the file browser or window closes."""
@@ -70,16 +70,15 @@ class JobOperator:
             self._job.cancel()
             self._clean_up(context)
 
-    def _deliver(self, context: bpy.types.Context, obj: bpy.types.Object, result_of: Callable[[], jobs.Result]) -> set:
+    def _deliver(self, context: bpy.types.Context, result_of: Callable[[], object]) -> set:
         try:
-            self.finish(context, obj, result_of())
+            return self.finish(context, result_of()) or {"FINISHED"}
         except (NpmError, OSError) as error:
             self.report({"ERROR"}, one_line(error))
             return {"CANCELLED"}
-        return {"FINISHED"}
 
     def _show(self, context: bpy.types.Context) -> None:
-        text = f"Compressing '{self._name}': {self._job.message} ({100 * self._job.fraction:.0f}%)      Esc: Cancel"
+        text = f"{self._doing}: {self._job.message} ({100 * self._job.fraction:.0f}%)      Esc: Cancel"
         if text != self._text:
             self._say(context, text)
 
@@ -97,6 +96,29 @@ class JobOperator:
                 for region in area.regions:
                     if area.type == "VIEW_3D" and region.type == "UI":
                         region.tag_redraw()
+
+
+class ObjectJobOperator(JobOperator):
+    """A JobOperator that compresses one object; `store_and_show` gets the object and the result."""
+
+    def store_and_show(self, context: bpy.types.Context, obj: bpy.types.Object, result: jobs.Compressed) -> None:
+        """What to do with the result for `obj`. May raise NpmError or OSError."""
+        raise NotImplementedError
+
+    def compress(self, context: bpy.types.Context, obj: bpy.types.Object, mesh: "TriMesh",
+                 settings: CompressSettings) -> set:
+        """Compress `mesh` for `obj`; returns the operator's result. Raises DependencyError or OSError."""
+        self._uid, self._name = obj.session_uid, obj.name
+        job = jobs.CompressJob(mesh, settings, scratch=bpy.app.tempdir, cache=cache_folder())
+        return self.run_job(context, job, f"Compressing '{obj.name}'")
+
+    def finish(self, context: bpy.types.Context, result: jobs.Compressed) -> set | None:
+        """Find the object again: while the job ran, anything may have happened."""
+        obj = next((o for o in bpy.data.objects if o.session_uid == self._uid), None)
+        if obj is None or obj.name not in context.view_layer.objects:
+            self.report({"WARNING"}, f"'{self._name}' was removed while it was compressed; the result is dropped")
+            return {"CANCELLED"}
+        return self.store_and_show(context, obj, result)
 
 
 def one_line(error: Exception) -> str:

@@ -179,7 +179,7 @@ def test_missing_weights(part, tmp_path, monkeypatch):
 def start_job(part, obj):
     mesh = part("bridge").mesh_of(obj, bpy.context.evaluated_depsgraph_get())
     settings = part("core.settings").CompressSettings(refine_steps=0)
-    return part("jobs").Job(mesh, settings, scratch=bpy.app.tempdir, cache=part("dependencies").cache_folder())
+    return part("jobs").CompressJob(mesh, settings, scratch=bpy.app.tempdir, cache=part("dependencies").cache_folder())
 
 
 def alive(pid: int) -> bool:
@@ -211,7 +211,7 @@ def test_progress_raises_to_cancel(part):
 def test_progress_never_goes_back(part):
     seen = []
     result = start_job(part, add_object()).wait(lambda fraction, message: seen.append(fraction))
-    assert seen == sorted(seen) and 0 <= seen[0] <= seen[-1] <= 1 and len(result.data) == result.report["bytes"]
+    assert seen == sorted(seen) and 0 <= seen[0] <= seen[-1] <= 1 and len(result.stream.data) == result.report["bytes"]
 
 
 def test_a_crash_of_the_worker_is_no_silence(part):
@@ -241,5 +241,5 @@ def test_the_worker_never_loads_bpy(part, monkeypatch):
     while not job.poll():
         time.sleep(0.05)
     imported = {line.rpartition("|")[2].strip() for line in (job._folder / "err").read_text().splitlines()}
-    assert job.result().data
+    assert job.result().stream.data
     assert "numpy" in imported and "bpy" not in imported

@@ -21,7 +21,7 @@ def test_export_and_import_give_the_same_mesh(tmp_path):
 def test_exporting_an_object_compresses_it_once(part, tmp_path, monkeypatch):
     obj = add_object()
     bpy.ops.export_scene.npmesh(filepath=str(tmp_path / "a.npmesh"), **SMALL)
-    monkeypatch.setattr(part("jobs"), "Job", None)  # a second job would fail
+    monkeypatch.setattr(part("jobs"), "CompressJob", None)  # a second job would fail
     bpy.ops.export_scene.npmesh(filepath=str(tmp_path / "b.npmesh"), **SMALL)
     assert (tmp_path / "a.npmesh").read_bytes() == (tmp_path / "b.npmesh").read_bytes()
     assert bpy.context.active_object == obj and len(bpy.data.objects) == 1
@@ -91,7 +91,7 @@ def test_a_bad_file_gives_one_line_and_leaves_nothing(stream, tmp_path, damage):
 
 
 def test_a_missing_file(tmp_path):
-    assert "found nothing at" in refusal(bpy.ops.import_scene.npmesh, filepath=str(tmp_path / "no.npmesh"))
+    assert "found none; check the path" in refusal(bpy.ops.import_scene.npmesh, filepath=str(tmp_path / "no.npmesh"))
 
 
 def test_one_bad_file_among_good_ones_does_not_stop_them(stream, tmp_path):
