@@ -5,11 +5,21 @@ import dataclasses
 import time
 from pathlib import Path
 
-from ..core.settings import CLEAN_MODES, CompressSettings, LodSettings
+from ..core.settings import AUTO, CLEAN_MODES, CompressSettings, LodSettings
 from .console import ProgressLine, print_json
 from .files import STREAM_SUFFIX, check_input, check_output, write_atomic
 
 HELP = "mesh file -> .npmesh"
+
+
+def base_faces(text: str) -> int:
+    """The value of --base-faces. Raises ArgumentTypeError for what is neither a whole number nor auto."""
+    if text == "auto":
+        return AUTO
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"Expected a whole number or auto, found {text!r}") from None
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -20,9 +30,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--base-faces",
         metavar="N",
-        type=int,
+        type=base_faces,
         default=lod.base_faces,
-        help="faces of the base mesh (default %(default)s)",
+        help="faces of the base mesh, or auto: as many as the shape needs (default %(default)s)",
     )
     parser.add_argument(
         "--levels",

@@ -199,8 +199,10 @@ def _try(m, Q, e, hist, scratch, counts, only_border, cosine, quality, stretch, 
 
 
 @compiled
-def run(m, Q, queue, hist, scratch, counts, target, collapses, tests):
+def run(m, Q, queue, hist, scratch, counts, target, collapses, tests, enough, dear):
     """Up to `collapses` collapses; DONE at the target, EMPTY when no edge passes, MORE otherwise (also: history full).
+
+    Also DONE from `enough` faces on when the cheapest edge has a price above `dear`.
 
     counts: faces, queue size, collapses, entries, positions, stamp, random state (0: cheapest first), whether the mesh
     has a border (the last single face is then left to a collapse on the border).
@@ -218,6 +220,9 @@ def run(m, Q, queue, hist, scratch, counts, target, collapses, tests):
             break
         if size == 0:
             status = EMPTY
+            break
+        if counts[0] <= enough and queue.price[queue.heap[0]] > dear:
+            status = DONE
             break
         at = 0
         if counts[6] != 0:

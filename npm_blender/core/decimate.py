@@ -18,8 +18,11 @@ from .history import History
 from .mesh import TriMesh
 from .progress import Progress, no_progress
 from .quadric import edge_costs, vertex_quadrics
+from .settings import AUTO
 from .topology import opposite_halfedges
 
+FEWEST, MOST = 100, 2000  # base faces that are chosen from the shape
+DEAR = 4e-7  # price (squared distance times area, unit frame) of a collapse that such a base leaves out
 SLICE = 2000  # collapses between two calls of `progress`
 
 
@@ -89,11 +92,15 @@ def _requeue(queue: Queue) -> int:
 def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progress = no_progress) -> Decimation:
     """Collapse the edges of an oriented manifold mesh, in the unit frame, down to base_faces faces.
 
+    base_faces AUTO: as many as the shape needs, FEWEST to MOST; from MOST on, the collapses end at the first that would
+    cost more than DEAR, so a smooth shape gets few faces and a shape full of detail, handles or parts gets many.
     variant 0 takes the cheapest edge; k > 0 a random one among about 100 cheapest, seeded by k. A closed mesh has an
     even number of faces, so an odd target gives one face less. Deterministic. Raises MeshError if the mesh is not an
     oriented manifold, and whatever `progress` raises.
     """
     progress(0.0, "Decimating")
+    enough, dear = (MOST, DEAR) if base_faces == AUTO else (0, np.inf)
+    base_faces = FEWEST if base_faces == AUTO else base_faces
     half = half_edges(mesh)
     total, edges = len(mesh.F), len(half.start)
     opposite = half.opposite.copy()
@@ -110,7 +117,7 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
     before = 0
     while counts[0] > base_faces:
         history = history.with_room(counts, SLICE)
-        reason = run(half, quadrics, queue, history, scratch, counts, base_faces, SLICE, tests)
+        reason = run(half, quadrics, queue, history, scratch, counts, base_faces, SLICE, tests, enough, dear)
         progress((total - counts[0]) / max(total - base_faces, 1), "Decimating")
         if reason == DONE:
             break
@@ -121,6 +128,8 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
                 break
             before = counts[2]
             counts[1] = _requeue(queue)
+    if enough:
+        base_faces = int(counts[0])
     return _result(mesh, half, history.trimmed(counts), opposite, base_faces)
 
 

@@ -1,6 +1,7 @@
 """How few faces a surface can have: what no decimation that keeps the topology gets below."""
 import numpy as np
 
+from .settings import AUTO
 from .topology import directed_edges, opposite_halfedges
 from .unionfind import labels
 
@@ -34,8 +35,8 @@ def least_faces(F: np.ndarray) -> tuple[int, int]:
 
 
 def too_many_parts(F: np.ndarray, base_faces: int) -> str:
-    """'', or one line where the parts of an oriented manifold F (m, 3) need more than base_faces faces."""
-    if len(F) <= base_faces:
+    """'', or one line where the parts of an oriented manifold F (m, 3) need more than the base_faces asked for."""
+    if len(F) <= base_faces or base_faces == AUTO:
         return ""
     parts, least = least_faces(F)
     if least <= base_faces:

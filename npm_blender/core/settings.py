@@ -3,6 +3,7 @@ from dataclasses import dataclass
 
 from .errors import SettingsError
 
+AUTO = 0  # as base faces: chosen from the shape
 CLEAN_MODES = ("auto", "off", "tetwild")
 
 
@@ -15,7 +16,7 @@ def _in_range(name: str, value: int, low: int, high: int) -> None:
 class LodSettings:
     """How the LoD sequence is built.
 
-    base_faces: faces of the base mesh M^0 (paper: 400); levels: midpoint subdivisions L (paper: 3);
+    base_faces: faces of the base mesh M^0 (paper: 400), or AUTO; levels: midpoint subdivisions L (paper: 3);
     clean: 'auto' repairs what the checks find, 'off' refuses what does not qualify, 'tetwild' always re-meshes;
     variant: 0 collapses the cheapest edge; k > 0 seeds a random choice among the cheapest (training augmentation).
     """
@@ -26,7 +27,8 @@ class LodSettings:
     variant: int = 0
 
     def __post_init__(self) -> None:
-        _in_range("base faces", self.base_faces, 4, 100_000)
+        if self.base_faces != AUTO or isinstance(self.base_faces, bool):
+            _in_range("base faces", self.base_faces, 4, 100_000)
         _in_range("levels", self.levels, 1, 6)
         _in_range("variant", self.variant, 0, 2**31 - 1)
         if self.clean not in CLEAN_MODES:

@@ -9,6 +9,7 @@ BAD_USAGE = {
     "abbreviated option": ["compress", "a.ply", "a.npmesh", "--base", "400"],
     "missing output": ["compress", "a.ply"],
     "faces not a number": ["compress", "a.ply", "a.npmesh", "--base-faces", "many"],
+    "base faces in words": ["compress", "a.ply", "a.npmesh", "--base-faces", "many"],
     "too few base faces": ["compress", "a.ply", "a.npmesh", "--base-faces", "3"],
     "no levels": ["compress", "a.ply", "a.npmesh", "--levels", "0"],
     "too many levels": ["compress", "a.ply", "a.npmesh", "--levels", "7"],

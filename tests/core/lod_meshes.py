@@ -1,4 +1,4 @@
-"""Meshes made in code for the tests of the LoD builder: sphere, torus, sheet and tube with noise; a block."""
+"""Meshes made in code for the tests of the LoD builder: sphere, torus, sheet and tube with noise; a block, a gear."""
 import numpy as np
 
 from npm_blender.core.mesh import Frame, TriMesh
@@ -58,6 +58,24 @@ def tube(rows: int = 20, columns: int = 30, noise: float = 0.0, seed: int = 0) -
     z, u = np.meshgrid(np.linspace(0, 2, rows), np.arange(columns) * 2 * np.pi / columns, indexing="ij")
     V = np.stack([np.cos(u), np.sin(u), z], -1).reshape(-1, 3)
     return _unit(V, _grid_faces(rows, columns, False, True), noise, seed)
+
+
+def gear(teeth: int = 150) -> TriMesh:
+    """A flat ring with square teeth, 32 faces a tooth, made of long thin triangles as CAD programs make them."""
+    k = 4 * teeth
+    angle = np.arange(k) * 2 * np.pi / k
+    circle = np.stack([np.cos(angle), np.sin(angle)], 1)
+    outline = circle * np.where(np.arange(k) % 4 < 2, 1.0, 0.85)[:, None]
+    V = np.concatenate([np.c_[ring, np.full(k, z)] for z in (0.0, 0.2) for ring in (outline, 0.3 * circle)])
+    i, low, low_in, high, high_in = np.arange(k), 0, k, 2 * k, 3 * k
+    j = (i + 1) % k
+
+    def quads(a, b, c, d):
+        return np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+
+    F = [quads(low + i, low + j, high + j, high + i), quads(low_in + j, low_in + i, high_in + i, high_in + j),
+         quads(high + i, high + j, high_in + j, high_in + i), quads(low + j, low + i, low_in + i, low_in + j)]
+    return _unit(V, np.concatenate(F))
 
 
 def joined(*meshes: TriMesh) -> TriMesh:

@@ -3,12 +3,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from npm_blender.core.decimate import decimate
+from npm_blender.core import decimate as module
+from npm_blender.core.decimate import FEWEST, MOST, decimate
 from npm_blender.core.errors import Cancelled, MeshError
 from npm_blender.core.mesh import TriMesh
+from npm_blender.core.metrics import Original
+from npm_blender.core.settings import AUTO
 from npm_blender.core.topology import opposite_halfedges, topology_of, vertex_fans
 
-from .lod_meshes import joined, sheet, sphere, torus, tube
+from ..shapes import bumpy
+from .lod_meshes import gear, joined, sheet, sphere, torus, tube
 
 SHAPES = {"sphere": sphere, "torus": torus, "sheet": sheet, "tube": tube}
 
@@ -144,3 +148,27 @@ def test_unused_vertices_are_not_in_the_base():
     mesh = sphere()
     out = decimate(TriMesh.from_arrays(np.concatenate([mesh.V, [[9, 9, 9]]]), mesh.F), 100)
     assert len(out.V0) == 52 and np.abs(out.V0).max() < 1
+
+
+def test_a_chosen_base_has_more_faces_where_there_is_more_shape():
+    plain, bumps = decimate(sphere(5), AUTO), decimate(bumpy(5), AUTO)
+    assert FEWEST <= len(plain.F0) < 0.7 * len(bumps.F0) and len(bumps.F0) <= MOST
+    assert plain.message == bumps.message == ""
+
+
+def test_a_chosen_base_has_room_for_every_part():
+    assert len(decimate(joined(*[sphere(2)] * 40), AUTO).F0) >= 160
+
+
+def test_a_chosen_base_of_a_flat_sheet_is_the_smallest():
+    assert len(decimate(sheet(flat=True), AUTO).F0) == FEWEST
+
+
+def test_where_few_collapses_pass_the_tests_a_milder_one_comes_before_a_dear_one(monkeypatch):
+    mesh, error = gear(), {}
+    for last_resort in (False, True):
+        if last_resort:
+            monkeypatch.setattr(module, "STAGES", [module.STAGES[0], *(s._replace(price=1e30) for s in module.STAGES[1:])])
+        base = decimate(mesh, 200)
+        error[last_resort] = Original(mesh, 5000).evaluate(TriMesh(base.V0, base.F0)).d_pm
+    assert error[False] < 0.5 * error[True]
