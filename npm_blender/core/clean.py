@@ -90,7 +90,7 @@ def _notes(mesh: TriMesh, report: MeshReport, progress: Progress) -> tuple[str, 
     notes = []
     if report.border_loops:
         notes.append(f"left {count(report.border_loops, 'border', 'borders')} open")
-    crossing, exact = crossing_faces(mesh.V, mesh.F)
+    crossing, exact = crossing_faces(mesh.V, mesh.F, part(progress, 0.96, 1.0))
     if crossing:
         notes.append(f"left {'' if exact else 'about '}{count(crossing, 'face that passes', 'faces that pass')} "
                      "through others")
@@ -125,9 +125,9 @@ def _repair(V: np.ndarray, F: np.ndarray, changes: list[str], progress: Progress
     F = drop(F, coverings.doubled_parts(V, F, groups), "face of a part that lies on another", "faces of parts that lie on others")
     if len(F) < groups.starts[-1] // 3:
         groups = EdgeGroups.of(F, len(V))
-    F, groups, merged = repair.weld_borders(V, F, groups, part(progress, 0.1, 0.4))
+    F, groups, merged = repair.weld_borders(V, F, groups, part(progress, 0.1, 0.3))
     say(merged, "merged", "duplicate vertex", "duplicate vertices")
-    F, groups, splits = repair.stitch(V, F, groups)
+    F, groups, splits = repair.stitch(V, F, groups, part(progress, 0.3, 0.5))
     say(splits, "closed", "T-junction", "T-junctions")
     progress(0.5, "Orienting faces")
     F = drop(F, coverings.inner_walls(F), "face of an inner wall", "faces of inner walls")

@@ -3,12 +3,14 @@ import numpy as np
 
 from . import bvh
 from .jit import compiled
+from .progress import Progress, no_progress
 
 SAMPLE = 20_000  # faces that are tested against all others
+SLICE = 1000  # of them are tested between two calls of `progress`
 WORK = 100  # box tests for each of them on average; more are needed where many faces lie on each other
 
 
-def crossing_faces(V: np.ndarray, F: np.ndarray) -> tuple[int, bool]:
+def crossing_faces(V: np.ndarray, F: np.ndarray, progress: Progress = no_progress) -> tuple[int, bool]:
     """About how many faces of F (m, 3) an edge of another face passes through, or an own edge through another.
 
     Returns the count and whether it is exact; otherwise it is scaled up from an even sample of SAMPLE faces. Faces
@@ -19,8 +21,14 @@ def crossing_faces(V: np.ndarray, F: np.ndarray) -> tuple[int, bool]:
     centre, size = (V.min(0) + V.max(0)) / 2, max(float(np.ptp(V, axis=0).max()), 1e-300)
     corners = ((V - centre) / size)[F].reshape(-1, 9)
     nodes, links, order = bvh.build(corners)
-    found, tested = _crossing(corners[order], np.ascontiguousarray(F[order]), np.argsort(order)[asked], nodes, links,
-                              WORK * len(asked))
+    rows, F, asked = corners[order], np.ascontiguousarray(F[order]), np.argsort(order)[asked]
+    found, tested, work = 0, 0, WORK * len(asked)
+    for i in range(0, len(asked), SLICE):
+        progress(i / len(asked), "Looking for faces that pass through others")
+        crossing, done, work = _crossing(rows, F, asked[i:i + SLICE], nodes, links, work)
+        found, tested = found + crossing, tested + done
+        if work < 0:
+            break
     if tested == len(F):
         return int(found), True
     return int(np.ceil(found * (len(F) / max(tested, 1)))), False
@@ -58,7 +66,7 @@ def _cross(s, t):
 
 @compiled
 def _crossing(corners, F, asked, nodes, links, work):
-    """Faces (in leaf order) among `asked` that cross another, and how many were tested before the work was done."""
+    """Faces (in leaf order) among `asked` that cross another, how many were tested, and the work that is left."""
     found, tested = 0, 0
     stack = np.zeros(bvh.STACK, np.int32)
     box = np.zeros(6)
@@ -92,4 +100,4 @@ def _crossing(corners, F, asked, nodes, links, work):
                     crosses = True
                     break
         found += crosses
-    return found, tested
+    return found, tested, work

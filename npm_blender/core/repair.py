@@ -104,7 +104,8 @@ def _apart_along_edges(F: np.ndarray, joined: np.ndarray) -> np.ndarray:
     return np.where(split, np.arange(len(joined)), joined).astype(np.int32)
 
 
-def stitch(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, EdgeGroups, int]:
+def stitch(V: np.ndarray, F: np.ndarray, groups: EdgeGroups,
+           progress: Progress = no_progress) -> tuple[np.ndarray, EdgeGroups, int]:
     """Faces with border edges split where border vertices lie on them, their edges, and the number of splits.
 
     Only where fewer border edges are left once the result is cut into a manifold again.
@@ -112,7 +113,7 @@ def stitch(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray
     borders = int((groups.sizes == 1).sum())
     if borders == 0:
         return F, groups, 0
-    trial, splits = split_at_junctions(V, F, groups, reach_of(V, F))
+    trial, splits = split_at_junctions(V, F, groups, reach_of(V, F), progress)
     if splits:
         trial_groups = EdgeGroups.of(trial, len(V))
         if borders_after_cut(V, trial, trial_groups) < borders:

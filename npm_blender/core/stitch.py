@@ -5,12 +5,15 @@ import numpy as np
 from . import bvh
 from .adjacency import EdgeGroups
 from .jit import compiled
+from .progress import Progress, no_progress
 
 ROUNDS = 3  # a face has one edge split in each
+SLICE = 2000  # vertices between two calls of `progress`
 WORK = 64  # box and distance tests for each border edge, at most; more are needed where hundreds lie on each other
 
 
-def split_at_junctions(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float) -> tuple[np.ndarray, int]:
+def split_at_junctions(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float,
+                       progress: Progress = no_progress) -> tuple[np.ndarray, int]:
     """Faces (m', 3) with border edges split at the border vertices on them, and the number of splits.
 
     near: how far a vertex may be from an edge, in units of V; a hundredth of the edge and a tenth of the vertex's
@@ -19,7 +22,7 @@ def split_at_junctions(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: f
     """
     total = 0
     for _ in range(ROUNDS):
-        F, splits = _split_once(V, F, groups, near)
+        F, splits = _split_once(V, F, groups, near, progress)
         if splits == 0:
             break
         total += splits
@@ -27,7 +30,8 @@ def split_at_junctions(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: f
     return F, total
 
 
-def _split_once(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float) -> tuple[np.ndarray, int]:
+def _split_once(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float,
+                progress: Progress) -> tuple[np.ndarray, int]:
     alone = groups.halfedges[groups.starts[:-1][groups.sizes == 1]]
     a, b = F.reshape(-1)[alone], np.roll(F, -1, 1).reshape(-1)[alone]
     length = np.linalg.norm(V[b] - V[a], axis=1)
@@ -38,8 +42,13 @@ def _split_once(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float) -
     points = np.flatnonzero(np.isfinite(shortest)).astype(np.int32)
     # each segment is a triangle without area for the search
     nodes, links, order = bvh.build(np.concatenate([V[a], V[b], V[b]], 1))
-    edge, point, along = _on_edges(V, points, np.minimum(near, 0.1 * shortest[points]), a[order], b[order],
-                                   np.minimum(near, 0.01 * length[order]), nodes, links)
+    low, high, tolerance = a[order], b[order], np.minimum(near, 0.01 * length[order])
+    found, work = [], np.array([WORK * (len(a) + len(points)) + 1_000_000])
+    for i in range(0, len(points), SLICE):
+        progress(i / len(points), "Closing T-junctions")
+        some = points[i:i + SLICE]
+        found.append(_on_edges(V, some, np.minimum(near, 0.1 * shortest[some]), low, high, tolerance, nodes, links, work))
+    edge, point, along = (np.concatenate(column) for column in zip(*found, strict=True))
     if len(edge) == 0:
         return F, 0
     edge = order[edge]
@@ -71,12 +80,17 @@ def _split_once(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float) -
 
 
 @compiled
-def _on_edges(V, points, reach, a, b, tolerance, nodes, links):
-    """Edges a-b (in leaf order), points and places along the edge, for every point in the interior of an edge."""
+def _on_edges(V, points, reach, a, b, tolerance, nodes, links, budget):
+    """Edges a-b (in leaf order), points and places along the edge, for every point in the interior of an edge.
+
+    budget (1,): the tests that are left; the points after they are used up are not looked at.
+    """
     edges, found, along = [], [], []
     stack = np.zeros(bvh.STACK, np.int32)
-    work = WORK * (len(a) + len(points)) + 1_000_000
+    work = budget[0]
     for i in range(len(points)):
+        if work < 0:
+            break
         p, r = points[i], reach[i]
         x, y, z = V[p, 0], V[p, 1], V[p, 2]
         top, stack[0] = 1, 0
@@ -109,8 +123,7 @@ def _on_edges(V, points, reach, a, b, tolerance, nodes, links):
                     edges.append(e)
                     found.append(p)
                     along.append(w)
-        if work < 0:
-            break
+    budget[0] = work
     out = np.zeros(len(edges), np.int64), np.zeros(len(edges), np.int32), np.zeros(len(edges))
     for i in range(len(edges)):
         out[0][i], out[1][i], out[2][i] = edges[i], found[i], along[i]

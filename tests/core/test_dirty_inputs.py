@@ -3,10 +3,12 @@ import time
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from npm_blender.core.clean import clean, inspect
 from npm_blender.core.codec import compress
-from npm_blender.core.errors import MeshError
+from npm_blender.core.errors import Cancelled, MeshError
 from npm_blender.core.leastfaces import least_faces
 from npm_blender.core.mesh import TriMesh
 from npm_blender.core.progressive import open_stream
@@ -16,8 +18,23 @@ from npm_blender.core.subdivide import hierarchy
 from npm_blender.core.surface import Surface
 from npm_blender.core.topology import opposite_halfedges, topology_of, vertex_fans
 from tests.dirty import DIRTY, REFUSED
-from tests.dirty_meshes import many_parts, moved, sphere
-from tests.dirty_runs import BASE, LEVELS, Run, Worker, run_case, turned_share
+from tests.dirty_meshes import (
+    box,
+    glued,
+    joined,
+    many_parts,
+    mesh,
+    more,
+    moved,
+    soup,
+    sphere,
+    tube,
+    turn,
+    unequal_sides,
+    wave,
+    without,
+)
+from tests.dirty_runs import BASE, LEVELS, Run, Worker, run_case, turned_share, whole_path
 
 FIRST, EACH = 300, 20  # seconds: the first run of all may compile everything; then a case is killed after EACH
 
@@ -122,3 +139,77 @@ def test_an_extent_at_the_ends_of_the_scale_passes():
         assert report.changes == ()
     with pytest.raises(MeshError, match="extent"):
         clean(moved(sphere(), 5.1e59))
+
+
+def scratched(random):
+    """A shape with several damages at once, in random order."""
+    m = random.choice([box(5), sphere(2), wave(8), tube(6, 16), joined(sphere(1), box(2, at=(3, 0, 0)))])
+    pick = lambda share: np.flatnonzero(np.random.default_rng(random.randrange(2**32)).random(len(m.F)) < share)
+    damages = [
+        lambda: soup(m),
+        lambda: turn(m, pick(random.choice([0.01, 0.3, 1.0]))),
+        lambda: without(m, pick(0.02)),
+        lambda: more(m, F=m.F[pick(0.05)]),
+        lambda: more(m, F=m.F[pick(0.05)][:, ::-1]),
+        lambda: more(m, [[1e6, 0, 0], [0, 0, 0]], [[0, 0, 1]]),
+        lambda: joined(m, moved(m, by=(0.31, 0.17, 0.11))),
+        lambda: joined(m, m),
+        lambda: glued(m, moved(m, by=(1, 0, 0))),
+        lambda: mesh(m.V, np.where(m.F == m.F[0, 0], m.F[-1, 0], m.F)),  # two far vertices made one
+        lambda: mesh(np.where(np.arange(len(m.V))[:, None] == m.F[0, 0], m.V[m.F[0, 1]], m.V), m.F),  # an edge of no length
+        lambda: mesh(np.where(np.arange(len(m.V))[:, None] % 7 == 0, np.round(m.V, 1), m.V), m.F),
+        lambda: moved(m, random.choice([1e-9, 1e9]), (random.choice([0, 1e3]), 0, 0)),
+        lambda: mesh(m.V * [1, 1, 1e-6], m.F),
+        lambda: more(m, m.V[m.F[pick(0.05)]].mean(1) * 1.1, [[*m.F[f, :2], len(m.V) + k]
+                                                           for k, f in enumerate(pick(0.05)[:1])]),
+    ]
+    for damage in random.sample(range(len(damages)), random.randint(2, 4)):
+        if len(m.F) < 5000:
+            m = damages[damage]()
+    return m
+
+
+@given(st.randoms(use_true_random=False))
+@settings(max_examples=60, deadline=None)
+def test_any_mixture_of_damages_ends_in_a_valid_sequence(random):
+    run = whole_path(lambda: scratched(random))
+    if isinstance(run, str):
+        assert "Expected" in run and "\n" not in run
+        return
+    lod, levels = run.lod, hierarchy(run.lod.F0, len(run.lod.V0), LEVELS)
+    assert np.isfinite(lod.V0).all() and np.isfinite(lod.V).all() and np.isfinite(lod.N).all()
+    assert (vertex_fans(levels[-1].F, opposite_halfedges(levels[-1].F), levels[-1].n) == 1).all()
+    base, whole = topology_of(lod.F0), topology_of(run.cleaned.F)
+    assert (base.euler, base.components, base.border_loops) == (whole.euler, whole.components, whole.border_loops)
+    # nothing that has area was dropped but what lies on or in something else: the box of the surface stays
+    corners = run.dirty.V[run.dirty.F[flatness(run.dirty.V, run.dirty.F) > FLAT]].reshape(-1, 3)
+    kept = run.frame.to_object(run.cleaned.V)
+    assert np.allclose(corners.min(0), kept.min(0), atol=2e-6 * run.frame.size)
+    assert np.allclose(corners.max(0), kept.max(0), atol=2e-6 * run.frame.size)
+
+
+def test_a_cancel_ends_clean_wherever_it_comes():
+    dirty = joined(soup(unequal_sides()), moved(turn(sphere(), slice(0, 90)), by=(5, 0, 0)), moved(wave(), by=(0, 5, 0)))
+    seen = []
+    clean(dirty, progress=lambda fraction, message: seen.append(fraction))
+    assert len(seen) > 20 and seen == sorted(seen) and seen[-1] == 1.0
+    for stop in range(len(seen)):
+        calls = iter(range(stop + 1))
+
+        def cancel(fraction, message, calls=calls, stop=stop):
+            if next(calls) == stop:
+                raise Cancelled("Cancelled")
+        with pytest.raises(Cancelled):
+            clean(dirty, progress=cancel)
+
+
+def test_searches_ask_for_a_cancel_more_often_on_larger_meshes():
+    """What takes long works in slices of bounded work: here the searches for crossing faces and for T-junctions."""
+    calls = {}
+    for n in (1000, 8000):
+        random = np.random.default_rng(0)
+        triangles = mesh(random.normal(size=(3 * n, 3)), np.arange(3 * n).reshape(-1, 3))
+        seen = []
+        clean(triangles, progress=lambda fraction, message, seen=seen: seen.append(message))
+        calls[n] = [sum(word in message for message in seen) for word in ("pass through", "T-junctions")]
+    assert calls[8000][0] >= 5 * calls[1000][0] > 0 and calls[8000][1] >= 5 * calls[1000][1] > 0
