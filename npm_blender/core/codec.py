@@ -18,6 +18,7 @@ from .decoder import FEATURES, decode
 from .encoder import encode
 from .errors import DependencyError
 from .leastfaces import too_many_parts
+from .locality import in_morton_order
 from .lod import LodSequence
 from .lod import levels as lod_levels
 from .mesh import Frame, TriMesh
@@ -110,7 +111,7 @@ def compress(mesh: TriMesh, settings: CompressSettings | None = None, progress: 
     )
     cleaned, cleaning = clock.run("clean", clean, mesh, settings.lod.clean)
     frame = Frame.of(cleaned.V)
-    unit = TriMesh(frame.to_unit(cleaned.V), cleaned.F)
+    unit = in_morton_order(TriMesh(frame.to_unit(cleaned.V), cleaned.F))
     decimation = clock.run("decimate", decimate, unit, settings.lod.base_faces, settings.lod.variant)
 
     def build(report: Progress) -> LodSequence:
