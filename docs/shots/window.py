@@ -3,22 +3,24 @@
 Scripts here run inside a Blender with a window, from the project's root:
 blender --factory-startup --python docs/shots/NAME.py
 """
+import importlib
 import os
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import bpy
 import numpy as np
-from mathutils import Euler
+from mathutils import Euler, Vector
 
 ROOT = Path(os.environ.get("NPM_ROOT", Path.cwd()))
+FOLDER = ROOT / "out" / "shots"
 sys.path.insert(0, str(ROOT))
 
 from tests.addon import source_addon  # noqa: E402 - found in ROOT
 
 FIRST_DRAW_SECONDS = 1.0  # the sidebar's tabs exist once it has been drawn
+SIDEBAR, DISTANCE = 0.1, 1.6  # how far the view's centre is off, and its distance, in widths of what is shown
 FRONT_RIGHT = Euler((1.38, 0.0, 0.5)).to_quaternion()  # from a little above, on an object that faces -y
 
 
@@ -54,27 +56,30 @@ def show_tab() -> None:
 
 
 def add_sculpt() -> bpy.types.Object:
-    """The sculpt of the demo as the only object, selected and active. Made by a second Blender: it resets its own."""
+    """The sculpt with its stream from out/shots (see prepare.py) as the only object, selected and active."""
     for obj in list(bpy.data.objects):
         bpy.data.objects.remove(obj)
-    path = Path(bpy.app.tempdir, "sculpt.npz")
-    code = (f"import sys; sys.path.insert(0, {str(ROOT)!r}); import numpy; from npm_blender.demo import sculpt; "
-            f"mesh = sculpt.make_sculpt(); numpy.savez({str(path)!r}, V=mesh.V, F=mesh.F)")
-    subprocess.run([bpy.app.binary_path, "-b", "--factory-startup", "--python-expr", code], check=True)
+    bridge, preview, received = (importlib.import_module(f"{source_addon.MODULE}.{name}")
+                                 for name in ("bridge", "preview", "core.received"))
     mesh = bpy.data.meshes.new("Sculpt")
-    with np.load(path, allow_pickle=False) as arrays:
-        mesh.from_pydata(arrays["V"].astype(np.float32), [], arrays["F"])
-    mesh.shade_smooth()
+    with np.load(FOLDER / "sculpt.npz", allow_pickle=False) as arrays:
+        bridge.build(mesh, arrays["V"], arrays["F"])
     obj = bpy.data.objects.new("Sculpt", mesh)
+    stream = [(FOLDER / name).read_bytes() for name in ("sculpt.npmesh", "sculpt.arrays")]
+    preview.pack(obj, received.Received(*stream))
     bpy.context.collection.objects.link(obj)
     bpy.context.view_layer.objects.active = obj
     obj.select_set(True)
     return obj
 
 
-def frame() -> None:
-    """Look at the active object from its front right, so that it fills the part beside the sidebar."""
+def frame(objects: list[bpy.types.Object]) -> None:
+    """Look at `objects` from their front right, so that they fill the part beside the sidebar."""
+    bpy.context.view_layer.update()
+    corners = np.array([obj.matrix_world @ Vector(corner) for obj in objects for corner in obj.bound_box])
+    sideways = corners @ np.array(FRONT_RIGHT @ Vector((1, 0, 0)))
     view = viewport().spaces.active.region_3d
-    view.view_rotation = FRONT_RIGHT
-    view.view_perspective = "PERSP"
-    bpy.ops.view3d.view_selected()
+    view.view_rotation, view.view_perspective = FRONT_RIGHT, "PERSP"
+    size = np.ptp(sideways)
+    view.view_location = Vector((corners.min(0) + corners.max(0)) / 2) + FRONT_RIGHT @ Vector((SIDEBAR * size, 0, 0))
+    view.view_distance = DISTANCE * size

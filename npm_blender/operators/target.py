@@ -35,6 +35,8 @@ def poll_preview(cls, context: bpy.types.Context) -> bool:
         cls.poll_message_set("Expected a preview, found none active; compress an object or open a file first")
     elif obj.mode != "OBJECT":
         cls.poll_message_set(f"Expected '{obj.name}' in Object Mode, found it in another; leave that mode first")
+    elif obj.library is not None:
+        cls.poll_message_set(f"Expected a local preview, found '{obj.name}' linked from a file; make it local first")
     else:
         return True
     return False
