@@ -7,6 +7,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
+from . import collapses
 from . import features as ordering
 from . import weights as weight_file
 from .backend import NUMPY
@@ -17,13 +18,14 @@ from .decimate import decimate
 from .decoder import FEATURES, decode
 from .encoder import encode
 from .errors import DependencyError
+from .jit import is_cold
 from .leastfaces import too_many_parts
 from .locality import in_morton_order
 from .lod import LodSequence
 from .lod import levels as lod_levels
 from .mesh import Frame, TriMesh
 from .operators import MeshIndex
-from .progress import Progress, no_progress, part
+from .progress import Progress, no_progress, noted, part
 from .progressive import ProgressiveMesh, open_stream
 from .settings import CompressSettings
 from .stream import Header, write_stream
@@ -94,6 +96,8 @@ def compress(mesh: TriMesh, settings: CompressSettings | None = None, progress: 
     Raises MeshError (what does not qualify), WeightsError, DependencyError (refinement asked for without torch),
     Cancelled (from `progress`).
     """
+    if is_cold(collapses.run):
+        progress = noted(progress, "first run: compiling takes up to a minute")
     settings = settings or CompressSettings()
     refine_steps = _refine_steps(settings)
     model = weight_file.load()

@@ -5,6 +5,7 @@ not. They work on 64-bit integer arrays and Python integers only, so both ways g
 `compiled` is for what only a sender needs, where plain Python would take hours: importing it needs numba.
 """
 from collections.abc import Callable
+from pathlib import Path
 
 try:
     import numba
@@ -40,3 +41,11 @@ def compiled(function: Callable | None = None, *, inline: str = "never") -> Call
     if function is None:
         return lambda found: _cached(found, nogil=True, inline=inline)
     return _cached(function, nogil=True)
+
+
+def is_cold(function: Callable) -> bool:
+    """Whether the next call of a compiled function has to compile it: it was not called yet, and nothing is on disk."""
+    if not COMPILED or function.signatures:
+        return False
+    name = f"{Path(function.py_func.__code__.co_filename).stem}.{function.py_func.__qualname__}-*.nbi"
+    return not any(Path(function.stats.cache_path).glob(name))

@@ -15,3 +15,8 @@ def no_progress(fraction: float, message: str) -> None:
 def part(progress: Progress, start: float, stop: float) -> Progress:
     """The share [start, stop] of `progress`, as a Progress of its own for a sub-step."""
     return lambda fraction, message: progress(start + (stop - start) * fraction, message)
+
+
+def noted(progress: Progress, note: str) -> Progress:
+    """`progress` with a note behind every message."""
+    return lambda fraction, message: progress(fraction, f"{message} ({note})")

@@ -9,7 +9,7 @@ from npm_blender.core import jit
 MODULE = '''
 from typing import NamedTuple
 import numpy as np
-from .jit import njit
+from .jit import is_cold, njit
 
 class Pair(NamedTuple):
     a: np.ndarray
@@ -23,7 +23,8 @@ def first(pair):
 def both(pair):
     return first(pair) + pair.b[0]
 
-print(both(Pair(np.array([3]), np.array([4]))))
+before = is_cold(both)
+print(both(Pair(np.array([3]), np.array([4]))), before, is_cold(both))
 '''
 
 
@@ -33,7 +34,8 @@ def test_one_folder_under_two_import_names_keeps_two_caches(tmp_path):
     inner.mkdir(parents=True)
     shutil.copy(jit.__file__, inner / "jit.py")
     (inner / "module.py").write_text(MODULE)
-    for path, name in ((tmp_path, "outer.inner.module"), (tmp_path / "outer", "inner.module")):
+    outer, plain = (tmp_path, "outer.inner.module"), (tmp_path / "outer", "inner.module")
+    for (path, name), cold in ((outer, True), (plain, True), (outer, False)):
         done = subprocess.run([sys.executable, "-c", f"import sys; sys.path.insert(0, {str(path)!r}); import {name}"],
                               capture_output=True, text=True)
-        assert done.stdout == "7\n", done.stderr
+        assert done.stdout == f"7 {cold} False\n", done.stderr
