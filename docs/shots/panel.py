@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(os.environ.get("NPM_ROOT", Path.cwd())) / "docs" / "
 
 import window  # noqa: E402 - beside this file
 
-FEATURES = 2000
+FEATURES = 5000
 APART = 2.7  # Blender units between the two
 
 

@@ -7,4 +7,4 @@ import sys
 from PIL import Image
 
 with Image.open(sys.argv[1]) as picture:
-    picture.convert("RGB").quantize(256, method=Image.Quantize.MEDIANCUT).save(sys.argv[2], optimize=True)
+    picture.convert("RGB").quantize(256, kmeans=3).save(sys.argv[2], optimize=True)

@@ -20,7 +20,7 @@ sys.path.insert(0, str(ROOT))
 from tests.addon import source_addon  # noqa: E402 - found in ROOT
 
 FIRST_DRAW_SECONDS = 1.0  # the sidebar's tabs exist once it has been drawn
-SIDEBAR, DISTANCE = 0.1, 1.6  # how far the view's centre is off, and its distance, in widths of what is shown
+SIDEBAR, DISTANCE = 0.12, 0.95  # how far the view's centre is off, and its distance, in widths of what is shown
 FRONT_RIGHT = Euler((1.38, 0.0, 0.5)).to_quaternion()  # from a little above, on an object that faces -y
 
 
