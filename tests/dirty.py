@@ -15,6 +15,7 @@ from .dirty_meshes import (
     box,
     cells,
     collapsed_edge,
+    far_soup,
     fins,
     flipped,
     glued,
@@ -34,6 +35,7 @@ from .dirty_meshes import (
     shelf,
     soup,
     sphere,
+    street,
     tetrahedron,
     tube,
     turn,
@@ -145,6 +147,8 @@ DIRTY = {
     "huge units and far from the origin": Dirty(lambda: moved(sphere(), 1e12, (1e14, 0, 0)), 1, 0, None, ""),
     "far from the origin in single precision": Dirty(
         lambda: mesh((sphere(3).V * 10 + [5e6, 4e6, 0]).astype(np.float32), sphere(3).F), 1, 0, None, ""),
+    "soup with single precision's noise, far away": Dirty(far_soup, 1, 0, None, "merged 798"),
+    "walls near each other, far away": Dirty(street, 2, 2, None, ""),
     "half of the faces turned": Dirty(lambda: turn(sphere(), slice(0, 320, 2)), 1, 0, volume(sphere()), "turned 160"),
     "rows of fins on a closed surface": Dirty(fins, 13, 12, None, "cut the surface at 36 non-manifold edges"),
     "thousands of parts inside out": Dirty(

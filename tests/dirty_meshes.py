@@ -250,3 +250,17 @@ def fins(rows=12):
         V = np.array([[x, y + s, 1 + h] for h in (0, 0.1) for s in t])
         parts.append(mesh(V, [f for i in range(3) for f in ([i, i + 1, i + 5], [i, i + 5, i + 4])]))
     return glued(*parts)
+
+
+def far_soup():
+    """A sphere of radius 10, far away, as triangles whose corners differ by a unit in the last place of single precision."""
+    m = moved(soup(sphere()), 10.0, (3e4, 2e4, 0))
+    away = np.random.default_rng(0).integers(-1, 2, m.V.shape)
+    V = m.V.astype(np.float32)
+    return mesh(np.where(away > 0, np.nextafter(V, np.float32(np.inf)), V), m.F)
+
+
+def street():
+    """Two walls, 0.4 units apart, 300 long, in double precision and coordinates as surveyors have them."""
+    wall = mesh(plane(4).V @ np.array([[300, 0, 0], [0, 0, 90], [0, 0, 0]]), plane(4).F)
+    return joined(moved(wall, by=(5.1e6 + 0.1, 4e6, 0)), moved(wall, by=(5.1e6 + 0.1, 4e6 + 0.4, 0)))

@@ -3,12 +3,16 @@ import numpy as np
 
 from .jit import compiled
 
+WORK = 300  # corners looked at for each corner, on average over a mesh, at most; and so many more:
+SPARE = 300_000_000
+
 
 def triangulate(V: np.ndarray, corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
     """Triangles (t, 3) int64 of polygons, in their order and orientation.
 
     V: (n, 3) float64; corners: (sum of counts,) integer vertex indices, each in 0..n-1; counts: (m,) corners of each
     polygon. A polygon of k >= 3 corners gives k - 2 triangles; those of fewer corners (points, lines) give none.
+    Polygons of many thousand corners that cross themselves are cut as they come once WORK is used up.
     """
     corners, counts = np.ascontiguousarray(corners, np.int64), np.ascontiguousarray(counts, np.int64)
     if (counts == 3).all():
@@ -20,6 +24,7 @@ def triangulate(V: np.ndarray, corners: np.ndarray, counts: np.ndarray) -> np.nd
 def _triangulate(V, corners, counts):
     out = np.zeros((np.maximum(counts - 2, 0).sum(), 3), np.int64)
     start, made = 0, 0
+    work = SPARE + WORK * len(corners)
     for k in counts:
         polygon = corners[start:start + k]
         start += k
@@ -28,7 +33,7 @@ def _triangulate(V, corners, counts):
         elif k == 4:
             _quad(V, polygon, out[made:made + 2])
         elif k > 4:
-            _clip_ears(V, polygon, out[made:made + k - 2])
+            work = _clip_ears(V, polygon, out[made:made + k - 2], work)
         made += max(k - 2, 0)
     return out
 
@@ -88,21 +93,29 @@ def _same(p, i, j):
 
 
 @compiled
-def _is_ear(p, i, j, k, following):
-    """Is the corner i-j-k convex, with no other corner in its triangle?"""
+def _is_ear(p, i, j, k, before, following, reflex, listed, count):
+    """Is the corner i-j-k convex, with no reflex corner in its triangle? How many of the list are left; the work done.
+
+    reflex[:count] are corners, each `listed`; those clipped or convex by now leave the list.
+    """
     if _turn(p, i, j, k) <= 0:
-        return False
-    c = following[k]
-    while c != i:
+        return False, count, 1
+    at = 0
+    while at < count:
+        c = reflex[at]
+        if following[c] < 0 or _turn(p, before[c], c, following[c]) > 0:
+            count -= 1
+            reflex[at], listed[c] = reflex[count], False
+            continue
         touches = _same(p, c, i) or _same(p, c, j) or _same(p, c, k)
         if not touches and _turn(p, i, j, c) >= 0 and _turn(p, j, k, c) >= 0 and _turn(p, k, i, c) >= 0:
-            return False
-        c = following[c]
-    return True
+            return False, count, 1 + at
+        at += 1
+    return True, count, 1 + at
 
 
 @compiled
-def _clip_ears(V, polygon, out):
+def _clip_ears(V, polygon, out, work):
     k = len(polygon)
     n = _normal(V, polygon)
     x, y = 1, 2  # the plane that the polygon covers most of, seen from its normal
@@ -116,12 +129,27 @@ def _clip_ears(V, polygon, out):
     for i in range(k):
         p[i, 0], p[i, 1] = V[polygon[i], x], V[polygon[i], y]
     following, before = (np.arange(k) + 1) % k, (np.arange(k) + k - 1) % k
+    reflex, listed, count = np.zeros(k, np.int64), np.zeros(k, np.bool_), 0
+    for i in range(k):
+        if _turn(p, before[i], i, following[i]) <= 0:
+            reflex[count], listed[i] = i, True
+            count += 1
     j, misses, left = 0, 0, k
     for t in range(k - 2):
         # after a full round without an ear (the outline crosses itself or is flat), take the corner as it is
-        while misses < left and not _is_ear(p, before[j], j, following[j], following):
+        while misses < left and work > 0:
+            ear, count, done = _is_ear(p, before[j], j, following[j], before, following, reflex, listed, count)
+            work -= done
+            if ear:
+                break
             j, misses = following[j], misses + 1
-        out[t, 0], out[t, 1], out[t, 2] = polygon[before[j]], polygon[j], polygon[following[j]]
-        following[before[j]], before[following[j]] = following[j], before[j]
+        a, b = before[j], following[j]
+        out[t, 0], out[t, 1], out[t, 2] = polygon[a], polygon[j], polygon[b]
+        following[a], before[b], following[j] = b, a, -1
+        for c in (a, b):
+            if not listed[c] and _turn(p, before[c], c, following[c]) <= 0:
+                reflex[count], listed[c] = c, True
+                count += 1
         # one corner further on, so that the triangles do not all meet in one corner
-        j, misses, left = following[following[j]], 0, left - 1
+        j, misses, left = following[b], 0, left - 1
+    return work

@@ -14,6 +14,7 @@ from .stitch import split_at_junctions
 from .weld import near_places, weld
 
 NEAR = 1e-6  # of the box: how far apart border vertices may be and still be one
+SINGLE = 2.0**-22  # two units in the last place of single precision
 FLAT = 1e-10  # twice the area over the squared longest edge, below which a face counts as having no area
 
 
@@ -88,8 +89,19 @@ def weld_borders(V: np.ndarray, F: np.ndarray, groups: EdgeGroups,
 
 
 def reach_of(V: np.ndarray, F: np.ndarray) -> float:
-    """NEAR times the longest side of the box of faces F (m, 3)."""
-    return NEAR * float(np.ptp(compact(V, F)[0], axis=0).max())
+    """How far vertices of faces F (m, 3) may be apart and still be one, in units of V.
+
+    NEAR times the longest side of their box, or what two roundings to single precision leave if V holds only numbers
+    of that: far from the origin that is more.
+    """
+    V = compact(V, F)[0]
+    near = NEAR * float(np.ptp(V, axis=0).max())
+    largest = float(np.abs(V).max())
+    with np.errstate(over="ignore"):
+        single = largest * SINGLE > near and (V.astype(np.float32) == V).all()
+    if not single:
+        return near
+    return SINGLE * largest
 
 
 def _apart_along_edges(F: np.ndarray, joined: np.ndarray) -> np.ndarray:

@@ -342,6 +342,18 @@ def test_points_and_lines_give_no_triangles_and_flat_polygons_do_not_hang():
     assert len(F) == 4 + 3
 
 
+@pytest.mark.parametrize("n", [20_000, 100_000])
+def test_a_polygon_of_very_many_corners_does_not_hang(n):
+    """The work is linear for a round one; one that crosses itself everywhere is cut as it comes at some point."""
+    angle = np.arange(n) * 2 * np.pi / n
+    V = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    F = triangulate(V, np.arange(n), np.array([n]))
+    assert (area(V, F)[:, 2] > 0).all() and area(V, F)[:, 2].sum() / 2 == pytest.approx(np.pi, rel=1e-6)
+    V = np.random.default_rng(0).random((n, 3)) * [1, 1, 0]
+    F = triangulate(V, np.arange(n), np.array([n]))
+    assert len(F) == n - 2 and np.bincount(F.ravel(), minlength=n).min() > 0
+
+
 def test_weld_joins_exactly_equal_places_only():
     V = np.array([[0, 0, 0], [1, 2, 3], [-0.0, 0, 0], [1, 2, np.nextafter(3, 4)], [1, 2, 3.0]])
     first, place = weld(V)
