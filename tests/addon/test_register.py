@@ -46,16 +46,39 @@ def test_disabling_ends_a_running_job(package, part):
         addon_utils.enable(package, default_set=True)
 
 
-def test_registering_loads_nothing_heavy():
-    code = ("import sys, bpy; sys.path.insert(0, sys.argv[-1]); before = set(sys.modules); import npm_blender; "
-            "npm_blender.register(); npm_blender.unregister(); "
-            "print(sorted({'numpy', 'numba', 'torch'} & (set(sys.modules) - before)))")
+def in_a_fresh_blender(code: str) -> str:
+    """What `code` prints in another process that has bpy and knows where the package is."""
+    code = f"import sys, bpy; sys.path.insert(0, sys.argv[-1])\n{code}"
     if bpy.app.binary_path:
         command = [bpy.app.binary_path, "-b", "--factory-startup", "--python-expr", code, "--", str(ROOT)]
     else:
         command = [sys.executable, "-c", code, str(ROOT)]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert "[]" in done.stdout.splitlines()
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def test_registering_loads_nothing_heavy():
+    said = in_a_fresh_blender("before = set(sys.modules); import npm_blender; npm_blender.register(); "
+                              "npm_blender.unregister(); "
+                              "print(sorted({'numpy', 'numba', 'torch'} & (set(sys.modules) - before)))")
+    assert "[]" in said.splitlines()
+
+
+def test_registering_takes_little_of_blenders_start(tmp_path):
+    code = f"""
+import time
+sys.pycache_prefix, sys.dont_write_bytecode = {str(tmp_path)!r}, False
+for attempt in range(2):  # the second one finds everything compiled to bytecode, as all starts but the first do
+    start = time.process_time()
+    import npm_blender
+    npm_blender.register()
+    took = time.process_time() - start
+    npm_blender.unregister()
+    for name in [name for name in sys.modules if name.startswith("npm_blender")]:
+        del sys.modules[name]
+print("took", took)
+"""
+    took = next(float(line.split()[1]) for line in in_a_fresh_blender(code).splitlines() if line.startswith("took"))
+    assert took < 0.05
 
 
 def test_importing_the_package_needs_no_bpy():
