@@ -4,7 +4,7 @@ import numpy as np
 from .jit import compiled
 
 WORK = 300  # corners looked at for each corner, on average over a mesh, at most; and so many more:
-SPARE = 300_000_000
+SPARE = 100_000_000
 
 
 def triangulate(V: np.ndarray, corners: np.ndarray, counts: np.ndarray) -> np.ndarray:

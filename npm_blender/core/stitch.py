@@ -49,9 +49,12 @@ def _split_once(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float,
         some = points[i:i + SLICE]
         found.append(_on_edges(V, some, np.minimum(near, 0.1 * shortest[some]), low, high, tolerance, nodes, links, work))
     edge, point, along = (np.concatenate(column) for column in zip(*found, strict=True))
+    edge = order[edge]
+    third = F[alone // 3, (alone % 3 + 2) % 3]
+    own = third[edge] == point  # a face without area; `remove_flat_faces` sees to it
+    edge, point, along = edge[~own], point[~own], along[~own]
     if len(edge) == 0:
         return F, 0
-    edge = order[edge]
     rank = np.lexsort((point, along, edge))
     edge, point = edge[rank], point[rank]
     # the pieces of every border edge, split or not; those that two edges have are what was looked for
@@ -72,8 +75,7 @@ def _split_once(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float,
     if not len(chosen):
         return F, 0
     ours = picked[owner]
-    h = alone[owner[ours]]
-    fans = np.stack([start[ours], end[ours], F[h // 3, (h % 3 + 2) % 3]], 1)
+    fans = np.stack([start[ours], end[ours], third[owner[ours]]], 1)
     keep = np.ones(len(F), bool)
     keep[alone[chosen] // 3] = False
     return np.concatenate([F[keep], fans]).astype(np.int32), len(fans) - len(chosen)

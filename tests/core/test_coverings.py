@@ -193,3 +193,9 @@ def test_a_one_sided_band_is_cut_across_not_along(seed):
     F, _, _ = orient(m.V, m.F, groups(m))
     _, _, opened, _ = cut(m.V, F, EdgeGroups.of(F, len(m.V)))
     assert 10 <= opened <= 20
+
+
+def test_a_face_is_not_split_at_its_own_corner():
+    flat = mesh([[0, 0, 0], [2, 0, 0], [1, 0, 0], [0, -1, 0], [2, -1, 0]], [[0, 1, 2], [0, 3, 2], [2, 4, 1]])
+    F, splits = split_at_junctions(flat.V, flat.F, groups(flat), 1e-6)
+    assert splits == 0 and F is flat.F
