@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import coverings, repair
+from . import coverings, joining, repair
 from .adjacency import EdgeGroups
 from .crossings import crossing_faces
 from .errors import MeshError
@@ -125,9 +125,9 @@ def _repair(V: np.ndarray, F: np.ndarray, changes: list[str], progress: Progress
     F = drop(F, coverings.doubled_parts(V, F, groups), "face of a part that lies on another", "faces of parts that lie on others")
     if len(F) < groups.starts[-1] // 3:
         groups = EdgeGroups.of(F, len(V))
-    F, groups, merged = repair.weld_borders(V, F, groups, part(progress, 0.1, 0.3))
+    F, groups, merged = joining.weld_borders(V, F, groups, part(progress, 0.1, 0.3))
     say(merged, "merged", "duplicate vertex", "duplicate vertices")
-    F, groups, splits = repair.stitch(V, F, groups, part(progress, 0.3, 0.5))
+    F, groups, splits = joining.stitch(V, F, groups, part(progress, 0.3, 0.5))
     say(splits, "closed", "T-junction", "T-junctions")
     progress(0.5, "Orienting faces")
     F = drop(F, coverings.inner_walls(F), "face of an inner wall", "faces of inner walls")
