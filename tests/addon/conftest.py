@@ -1,5 +1,6 @@
 """The extension, enabled from this source tree in whatever Blender runs the tests: the bpy module or a real one."""
 import importlib
+import os
 import sys
 
 import pytest
@@ -7,6 +8,22 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from .source_addon import enable  # noqa: E402 - needs bpy
+
+_status = [0]
+
+
+def pytest_sessionfinish(exitstatus):
+    """Remember how the tests ended, for `pytest_unconfigure`."""
+    _status[0] = int(exitstatus)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_unconfigure():
+    """Skip the destructors of the bpy module, which now and then wait for each other without end."""
+    if not bpy.app.binary_path:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(_status[0])
 
 
 @pytest.fixture(scope="session")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from .conftest import add_object, positions, refusal
-from .test_compress import SMALL, no_refinement  # noqa: F401 - a fixture
+from .test_compress import SMALL, leftovers, no_refinement  # noqa: F401 - a fixture
 
 
 def test_export_and_import_give_the_same_mesh(tmp_path):
@@ -110,6 +110,37 @@ def test_a_wrong_suffix_and_a_missing_folder(opened, tmp_path):
     assert list(tmp_path.glob("a.*")) == []
 
 
+def test_the_worker_reads_what_can_be_read(part, stream, tmp_path):
+    jobs, errors = part("jobs"), part("core.errors")
+    base = part("core.codec").open_stream(stream).base_bytes
+    contents = {"whole": stream, "cut": stream[:(base + len(stream)) // 2], "bad": stream[:60], "empty": b""}
+    for name, data in contents.items():
+        (tmp_path / f"{name}.npmesh").write_bytes(data)
+    paths = [tmp_path / f"{name}.npmesh" for name in (*contents, "missing")]
+    job = jobs.ReadJob(paths, bpy.app.tempdir, part("dependencies").cache_folder())
+    whole, cut, *refused = job.wait()
+    assert whole.data == stream and whole.arrays == part("core.received").receive(stream).arrays
+    assert cut.data == contents["cut"] and cut.open().features < whole.open().features
+    assert [type(error) for error in refused] == [errors.StreamError, errors.FileError, errors.FileError]
+    assert not leftovers()
+
+
+def test_opening_in_a_window_is_left_to_the_worker(part, stream_file, monkeypatch):
+    """As in a window, where the operator is invoked and must not block; here the job is waited for at its start."""
+    target = part("operators.import_stream")
+    operator = target.IMPORT_SCENE_OT_npmesh
+    monkeypatch.setattr(target, "_received", None)  # reading in this process would fail
+    monkeypatch.setattr(operator, "blocks", lambda self: False)
+    monkeypatch.setattr(operator, "run_job",
+                        lambda self, context, job, doing: self.finish(context, job.wait()) or {"FINISHED"})
+    assert bpy.ops.import_scene.npmesh(filepath=str(stream_file)) == {"FINISHED"}
+    assert bpy.context.active_object.npmesh.is_preview and bpy.context.active_object.name == "shape"
+
+
 def test_dropped_files_have_a_handler():
     handler = bpy.types.IO_FH_npmesh
     assert handler.bl_file_extensions == ".npmesh" and handler.bl_import_operator == "import_scene.npmesh"
+    group, _, operator = handler.bl_import_operator.partition(".")
+    properties = getattr(getattr(bpy.ops, group), operator).get_rna_type().properties
+    for name in ("directory", "files", "filepath"):  # what Blender sets; remembered, the next import would not ask
+        assert properties[name].is_skip_save

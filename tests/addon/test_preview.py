@@ -3,7 +3,7 @@ import bpy
 import numpy as np
 import pytest
 
-from .conftest import positions
+from .conftest import positions, refusal
 
 
 def decoded(part, obj):
@@ -153,11 +153,40 @@ def test_a_lost_stream_is_named_in_the_panel(part, opened):
     assert "found none; open the file again" in opened.npmesh.problem
 
 
+def test_a_stream_without_what_was_read_from_it_opens_too(part, opened):
+    del opened["npmesh_arrays"]
+    part("preview").forget_all()
+    opened.npmesh.features = 1
+    assert opened.npmesh.problem == ""
+    check(part, opened)
+
+
+def test_damaged_arrays_are_named_in_the_panel(part, opened):
+    arrays = opened["npmesh_arrays"]
+    del opened["npmesh_arrays"]
+    opened["npmesh_arrays"] = arrays[:100]
+    part("preview").forget_all()
+    opened.npmesh.features = 1
+    assert "damaged arrays" in opened.npmesh.problem
+
+
+def test_a_preview_of_another_file_is_left_alone(opened, tmp_path):
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"), check_existing=False)
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, linked):
+        linked.objects = ["shape"]
+    bpy.context.collection.objects.link(linked.objects[0])
+    bpy.context.view_layer.objects.active = linked.objects[0]
+    for operator in (bpy.ops.object.npmesh_apply, bpy.ops.object.npmesh_discard, bpy.ops.object.npmesh_compress):
+        assert "make it local first" in refusal(operator)
+
+
 def test_apply_leaves_an_ordinary_object(opened):
     opened.npmesh.level = "1"
     before = positions(opened)
     bpy.ops.object.npmesh_apply()
-    assert not opened.npmesh.is_preview and "npmesh_stream" not in opened and "npmesh_shown" not in opened.data
+    assert not opened.npmesh.is_preview and "npmesh_shown" not in opened.data
+    assert "npmesh_stream" not in opened and "npmesh_arrays" not in opened
     assert np.array_equal(positions(opened), before)
     assert [m.name for m in bpy.data.meshes] == [opened.data.name]
 
