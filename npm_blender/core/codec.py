@@ -34,7 +34,7 @@ from .surface import Surface
 
 REFINE_STEPS = 24
 FEATURE_STEP = 0.5  # quantization step on the finest trained level; refinement knows of the rounding
-KEPT = 400  # features of the order that are sent even if they are zero
+KEPT = ordering.STAGES[1]  # features of the order that are sent even if they are zero
 FEATURE_ERROR = 8e-4  # a mesh that is off by less without features gets finer steps, down to a tenth
 
 
@@ -228,7 +228,7 @@ class _Sender:
             V = decode(NUMPY, self.params, NUMPY.array(V0), sent, self.meshes[:-1])[-1]
             error = np.abs(((V - self.lod.V) * self.lod.N).sum(1))
             errors.append(error[self.levels[-1].F].mean(1) * self.area)
-        return ordering.gain_order(flat, ordering.measured_gains(errors, self.levels[:-1]))
+        return ordering.staged_order(flat, errors, self.levels[:-1])
 
 
 __all__ = ["Compressed", "CompressReport", "ProgressiveMesh", "compress", "feature_steps", "open_stream"]

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .features import STAGES
 from .lod import LodSequence
 from .mesh import TriMesh
 from .operators import MeshIndex, face_normals
@@ -21,7 +22,6 @@ from .surface import Surface
 UNITS = (0.3e-4, 15e-4)  # bounds of the distance that counts as one: the mesh's own mean error at the start of a stage
 TANGENTIAL = 0.005  # weight of the distance to the mapped points, which keeps the mesh from sliding and folding
 NORMAL = 0.4  # weight of the normals
-STAGES = (40, 400, 1500)  # features at the ends of the stages; the last stage takes the rest
 EFFORT = {400: 2}  # times more steps for a stage that decides much: its features were fitted beside others than it has now
 COARSE_STEPS = 3  # times more steps for the base and for the first stage, on the level before the last, a quarter as dear
 BASE_RATE = 0.01  # Adam's rate on base positions, over the mean edge length of the base

@@ -45,3 +45,29 @@ def test_parents_come_before_their_best_child(seed):
     best = 20 + np.arange(20) * 4 + gains[20:].reshape(20, 4).argmax(1)
     positive = gains[best] > 0
     assert (place[:20] < place[best])[positive].all()
+
+
+@given(st.integers(0, 2**31))
+def test_the_staged_order_is_the_gain_order_but_for_its_second_stage(seed):
+    random = np.random.default_rng(seed)
+    levels = hierarchy(icosphere(1).F, 42, 2)
+    errors = [random.random(80 * 16) + k for k in (2.0, 1.0, 0.0)]
+    values = random.normal(size=(80 + 320, 8)) * (random.random(400) < 0.9)[:, None]
+    plain = features.gain_order(values, features.measured_gains(errors, levels[:-1]))
+    staged = features.staged_order(values, errors, levels[:-1])
+    first, second = features.STAGES[:2]
+    assert np.array_equal(staged[:first], plain[:first]) and np.array_equal(staged[second:], plain[second:])
+    assert set(staged) == set(plain) and len(staged) == len(plain)
+    # a region stays together: all features of a base face come in one run, parents first as before
+    level, face = features.split(staged[first:second], levels[:-1])
+    base = face // 4 ** level.astype(int)
+    assert (np.diff(base) != 0).sum() == len(np.unique(base)) - 1
+
+
+def test_the_region_that_gains_most_comes_first():
+    levels = hierarchy(icosphere(2).F, 162, 1)
+    far = np.arange(320) >= 160
+    errors = [np.repeat(np.where(far, 3.0, 1.0), 4), np.repeat(np.where(far, 1.0, 0.5), 4)]
+    order = features.staged_order(np.ones((320, 8)), errors, levels[:-1])
+    rest = order[features.STAGES[0]:]
+    assert far[rest[:60]].all() and not far[rest[-60:]].any()
