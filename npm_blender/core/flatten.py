@@ -155,6 +155,8 @@ def flatten(X, ring, r, t, s1, s2, kind, i, j, x, y, z, limit, convex, uv, cots,
             flat = (way != 1, way != 0, True)
             if not place(r, S, B, flat, -1.0 if way == 2 else float(way), A, uv):
                 continue
+            if (flat[0] and not uv[0].real > 1.0) or (flat[1] and not uv[r - 1].real < 0.0):
+                continue  # straight, but folded back on itself
             worst, mean = check(r, t, s1, s2, kind, uv, cots)
             if mean < least:
                 chosen, least, best = way, mean, worst

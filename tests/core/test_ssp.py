@@ -121,3 +121,26 @@ def test_every_flattening_is_positively_oriented_on_both_sides(shape):
             for before in (True, False) if q < history.sides[c] else (True,):
                 corners = _triangle(history, c, q, before)
                 assert twice_area(*(history.uv[k] for k in corners)) > 0
+
+
+def off(points, path):
+    """Largest distance of complex points to a path."""
+    a, d = np.array(path[:-1]), np.diff(path)
+    z = np.array(points)[:, None] - a
+    share = np.clip((z * d.conj()).real / np.abs(d) ** 2, 0, 1)
+    return np.abs(z - share * d).min(1).max()
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.sampled_from(["sheet", "tube"]), st.integers(0, 99), st.floats(0, 0.03))
+def test_the_border_through_a_patch_is_the_same_line_on_both_sides(shape, seed, noise):
+    history = decimate(SHAPES[shape](noise=noise, seed=seed), 4).history
+    for c in range(len(history.at) - 1):
+        r, t, at = history.ring[c], history.sides[c], history.at[c]
+        if r == t:
+            continue
+        first, last, (i, j, k) = history.uv[at], history.uv[at + r - 1], history.uv[at + r:at + r + 3]
+        one = history.first[c + 1] - history.first[c] == t + 1
+        before, after = [last, i, *([j] if one else []), first], [last, k, first]
+        assert max(off(before, after), off(after, before)) < 1e-9
+        assert np.abs(np.diff(before)).sum() == pytest.approx(np.abs(np.diff(after)).sum())
