@@ -19,7 +19,6 @@ from .decoder import FEATURES, decode
 from .encoder import encode
 from .errors import DependencyError
 from .jit import is_cold
-from .leastfaces import too_many_parts
 from .locality import in_morton_order
 from .lod import LodSequence
 from .lod import levels as lod_levels
@@ -126,7 +125,7 @@ def compress(mesh: TriMesh, settings: CompressSettings | None = None, progress: 
     levels = hierarchy(lod.F0, len(lod.V0), lod.levels)
     sender = _Sender(model.params, unit, lod, levels, settings, refine_steps)
     data, features = sender.send(clock, model, frame, mesh)
-    messages = tuple(m for m in (lod.message, too_many_parts(lod.F0, settings.lod.base_faces)) if m)
+    messages = (lod.message,) if lod.message else ()
     return Compressed(
         data,
         CompressReport(

@@ -5,7 +5,7 @@ flattening (see `flatten`); so the base has the Euler characteristic, components
 map between them is a bijection by construction. A collapse that fails the tests of shape is offered again under milder
 ones at a higher price: where little is admissible, a poor triangle is better than a wall pulled through the part.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from .edgeheap import REJECTED, heapify
 from .errors import MeshError
 from .halfedge import Half, connect
 from .history import History
+from .leastfaces import least_faces, too_many_parts
 from .mesh import TriMesh
 from .progress import Progress, no_progress
 from .quadric import edge_costs, vertex_quadrics
@@ -94,10 +95,23 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
 
     base_faces AUTO: as many as the shape needs, FEWEST to MOST; from MOST on, the collapses end at the first that would
     cost more than DEAR, so a smooth shape gets few faces and a shape full of detail, handles or parts gets many.
+    Where the parts of the mesh need more faces than base_faces, half as many as asked for are added to that need, so that
+    the large parts are not starved by the small ones.
     variant 0 takes the cheapest edge; k > 0 a random one among about 100 cheapest, seeded by k. A closed mesh has an
     even number of faces, so an odd target gives one face less. Deterministic. Raises MeshError if the mesh is not an
     oriented manifold, and whatever `progress` raises.
     """
+    out = _collapse(mesh, base_faces, variant, progress)
+    why = too_many_parts(out.F0, base_faces)
+    if not why:
+        return out
+    _, least = least_faces(out.F0)
+    out = _collapse(mesh, least + base_faces // 2, variant, progress)
+    return replace(out, message=f"Reached {len(out.F0)} of {base_faces} base faces: {why}")
+
+
+def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) -> Decimation:
+    """All collapses, as `decimate` describes them, to a number of faces or AUTO."""
     progress(0.0, "Decimating")
     enough, dear = (MOST, DEAR) if base_faces == AUTO else (0, np.inf)
     base_faces = FEWEST if base_faces == AUTO else base_faces

@@ -41,6 +41,6 @@ def too_many_parts(F: np.ndarray, base_faces: int) -> str:
     parts, least = least_faces(F)
     if least <= base_faces:
         return ""
-    what = f"The {parts:,} separate parts of the mesh need" if parts > 1 else "The handles and borders of the mesh need"
+    what = f"the {parts:,} separate parts of the mesh need" if parts > 1 else "the handles and borders of the mesh need"
     return (f"{what} at least {least:,} base faces, more than the {base_faces:,} asked for; "
             "ask for more, or join or delete small parts")

@@ -172,3 +172,11 @@ def test_where_few_collapses_pass_the_tests_a_milder_one_comes_before_a_dear_one
         base = decimate(mesh, 200)
         error[last_resort] = Original(mesh, 5000).evaluate(TriMesh(base.V0, base.F0)).d_pm
     assert error[False] < 0.5 * error[True]
+
+
+def test_small_parts_that_need_all_the_faces_do_not_starve_a_large_one():
+    dust = [TriMesh(0.05 * sphere(1).V, sphere(1).F)] * 50
+    out = decimate(joined(sphere(4), *dust), 100)
+    large = out.vertices[out.F0[:, 0]] < len(sphere(4).V)
+    assert large.sum() >= 40 and (~large).sum() >= 200
+    assert out.message.startswith(f"Reached {len(out.F0)} of 100 base faces: the 51 separate parts of the mesh need")

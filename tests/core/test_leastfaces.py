@@ -68,7 +68,7 @@ def test_equal_parts_get_about_equal_shares():
 def test_parts_that_need_more_than_the_base_are_told():
     many = joined(*[sphere(1, at=(3 * k, 0, 0)) for k in range(50)])
     assert too_many_parts(many.F, 199) == (
-        "The 50 separate parts of the mesh need at least 200 base faces, more than the 199 asked for; "
+        "the 50 separate parts of the mesh need at least 200 base faces, more than the 199 asked for; "
         "ask for more, or join or delete small parts")
     assert too_many_parts(many.F, 200) == "" == too_many_parts(tetrahedron().F, 4)
-    assert too_many_parts(torus().F, 12).startswith("The handles and borders of the mesh need at least 14 base faces")
+    assert too_many_parts(torus().F, 12).startswith("the handles and borders of the mesh need at least 14 base faces")
