@@ -118,8 +118,8 @@ def compress(mesh: TriMesh, settings: CompressSettings | None = None, progress: 
     decimation = clock.run("decimate", decimate, unit, settings.lod.base_faces, settings.lod.variant)
 
     def build(report: Progress) -> LodSequence:
-        report(0.0, "Mapping levels")
-        return lod_levels(decimation, settings.lod.levels, canonical_order(decimation.F0, len(decimation.V0)))
+        order = canonical_order(decimation.F0, len(decimation.V0))
+        return lod_levels(decimation, settings.lod.levels, order, progress=report)
 
     lod = clock.run("levels", build)
     levels = hierarchy(lod.F0, len(lod.V0), lod.levels)

@@ -10,6 +10,7 @@ gradients. Vertices may slide along the surface, which is how they find creases 
 import numpy as np
 
 from .jit import compiled
+from .progress import Progress, no_progress
 from .subdivide import Level
 
 NORMAL = 0.1  # weight of the normals: squared height difference along an edge, times the area of the face
@@ -150,11 +151,12 @@ def _descend(own, cross, edges, right, fixed, iterations, tolerance):
 
 
 def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, middle_direction: np.ndarray,
-        ) -> np.ndarray:
+        progress: Progress = no_progress) -> np.ndarray:
     """Fitted positions (n, 3) float64 of the vertices of a level.
 
     V (n, 3): their points of the map; middle (e, 3): the points at the middle of the level's edges; direction (n, 3) and
-    middle_direction (e, 3): unit normals of the input faces that these lie on. All in the unit frame.
+    middle_direction (e, 3): unit normals of the input faces that these lie on. All in the unit frame. Raises whatever
+    `progress` raises.
     """
     F = level.F
     corners = V[F]
@@ -168,7 +170,8 @@ def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, 
     fixed[F.reshape(-1)[level.opposite == np.arange(F.size)]] = True
     area /= max(area.sum(), 1e-300)
     spring = np.full(level.n, SPRING)
-    for _ in range(ROUNDS):
+    for done in range(ROUNDS):
+        progress(done / ROUNDS, "Fitting the levels")
         own, cross, right = _assemble(F, level.edges, level.edge_of, V, direction, middle, middle_direction, area, normal,
                                       fixed, NORMAL, spring)
         X = V + _descend(own, cross, level.edges, right, fixed, ITERATIONS, TOLERANCE)

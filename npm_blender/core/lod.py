@@ -12,6 +12,9 @@ from .settings import LodSettings
 from .ssp import to_fine
 from .subdivide import Level, hierarchy
 
+MESSAGE = "Mapping the levels"
+SLICE = 20_000  # points mapped between two calls of `progress`
+
 
 @dataclass(frozen=True)
 class LodSequence:
@@ -80,7 +83,7 @@ def halfedge_points(level: Level) -> tuple[np.ndarray, np.ndarray]:
 
 
 def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_face: np.ndarray, turn: np.ndarray,
-               ) -> tuple[np.ndarray, np.ndarray]:
+               progress: Progress = no_progress) -> tuple[np.ndarray, np.ndarray]:
     """Where the map puts the vertices and edge midpoints of a level: input face (n + e,) and barycentric (n + e, 3).
 
     corners: `level_corners`; old_face, turn (m0,): the base face of the decimation that each face of level 0 is, and
@@ -95,17 +98,22 @@ def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_fa
     b = np.take_along_axis(b, (np.arange(3)[None] - turn[base][:, None]) % 3, 1)
     order = np.argsort(halfedge, kind="stable")
     face, at = np.empty(len(order), np.int32), np.empty((len(order), 3))
-    face[order], at[order] = to_fine(decimation, old_face[base[order]], b[order])
+    for start in range(0, len(order), SLICE):
+        progress(start / len(order), MESSAGE)
+        now = order[start:start + SLICE]
+        face[now], at[now] = to_fine(decimation, old_face[base[now]], b[now])
     return face, at
 
 
-def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, fitted: bool = True) -> LodSequence:
+def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, fitted: bool = True,
+           progress: Progress = no_progress) -> LodSequence:
     """Map the vertices of the `levels` times subdivided base onto the input surface, and fit them to it.
 
     order renumbers the base first; fitted: False leaves the vertices where the map puts them. Vertices and faces are
     numbered as in `subdivide.hierarchy`. Border vertices of the subdivided base lie on the border of the input. Faces
-    that the sampling turned over are relaxed (see `relax`).
+    that the sampling turned over are relaxed (see `relax`). Raises whatever `progress` raises.
     """
+    progress(0.0, MESSAGE)
     mesh, V0, F0 = decimation.mesh, decimation.V0, decimation.F0
     old_face = np.arange(len(F0))
     turn = np.zeros(len(F0), np.int64)
@@ -114,7 +122,7 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, 
         turn = (order.vertices[F0[:, :1]] == decimation.F0[old_face]).argmax(1)
     connectivity = hierarchy(F0, len(V0), levels)
     finest = connectivity[-1]
-    face, b = map_points(decimation, finest, level_corners(levels), old_face, turn)
+    face, b = map_points(decimation, finest, level_corners(levels), old_face, turn, part(progress, 0.0, 0.6))
     normals = vertex_normals(mesh)
     face[:finest.n], b[:finest.n] = relax(mesh, decimation.opposite, normals, connectivity, face[:finest.n], b[:finest.n])
     S = np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]])
@@ -122,7 +130,8 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, 
     V, n = S[:finest.n], finest.n
     face, b = face[:n], b[:n]
     if fitted:
-        V = fit(finest, V, planes[:n], S[n:], planes[n:])
+        V = fit(finest, V, planes[:n], S[n:], planes[n:], part(progress, 0.6, 1.0))
+    progress(1.0, MESSAGE)
     N = np.einsum("nk,nkd->nd", b, normals[mesh.F[face]])
     length = np.linalg.norm(N, axis=1, keepdims=True)
     N = np.where(length > 1e-9, N / np.maximum(length, 1e-300), planes[:n])
@@ -135,7 +144,4 @@ def build_lod(mesh: TriMesh, settings: LodSettings, progress: Progress = no_prog
     Of the settings base_faces, levels and variant count here; cleaning comes before. Raises as `decimate`.
     """
     decimation = decimate(mesh, settings.base_faces, settings.variant, part(progress, 0.0, 0.9))
-    progress(0.9, "Mapping the levels")
-    out = levels(decimation, settings.levels)
-    progress(1.0, "Mapping the levels")
-    return out
+    return levels(decimation, settings.levels, progress=part(progress, 0.9, 1.0))
