@@ -15,7 +15,7 @@ from bpy.props import (
 )
 
 from . import preview
-from .core.settings import CompressSettings, LodSettings
+from .core.settings import AUTO, CompressSettings, LodSettings
 
 MAX_LEVELS = 6
 _LOD, _WHOLE = LodSettings(), CompressSettings()
@@ -25,6 +25,10 @@ _OPERATOR_FORGETS = {"SKIP_SAVE"}  # an operator takes what it is not told from 
 class CompressionProperties:
     """The settings, once for objects and operators; the numbers and their ranges are those of the core."""
 
+    auto_base: BoolProperty(
+        name="Automatic Base", default=False, options=_OPERATOR_FORGETS,
+        description="Choose the faces of the base from the shape: few for a smooth shape, up to 2,000 for one full of detail, "
+                    "handles or parts")
     base_faces: IntProperty(
         name="Base Faces", default=_LOD.base_faces, min=4, max=100_000, soft_min=100, soft_max=4000,
         options=_OPERATOR_FORGETS,
@@ -50,8 +54,17 @@ SETTING_NAMES = tuple(CompressionProperties.__annotations__)
 
 def settings_of(source: CompressionProperties) -> CompressSettings:
     """The core's settings from the properties of an object or operator. Raises SettingsError."""
-    lod = LodSettings(base_faces=source.base_faces, levels=source.levels, clean=source.clean)
+    base_faces = AUTO if source.auto_base else source.base_faces
+    lod = LodSettings(base_faces=base_faces, levels=source.levels, clean=source.clean)
     return CompressSettings(lod=lod, position_bits=source.position_bits)
+
+
+def draw_settings(layout: bpy.types.UILayout, source: CompressionProperties) -> None:
+    """All settings, one below the other; what another one overrules is greyed out."""
+    for name in SETTING_NAMES:
+        row = layout.row()
+        row.enabled = name != "base_faces" or not source.auto_base
+        row.prop(source, name)
 
 
 class NpmLevelMesh(bpy.types.PropertyGroup):

@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import zipfile
+import zlib
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -55,7 +56,7 @@ def load(model_id: str = DEFAULT, folder: Path = FOLDER) -> Weights:
         with np.load(path, allow_pickle=False) as z:
             config = NetworkConfig(**{k: tuple(v) for k, v in json.loads(str(z["config"])).items()})
             params = unflatten({k: z[k] for k in z.files if k != "config"})
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise WeightsError(
             f"Expected readable weights in {path.name}, found a damaged file ({error}); reinstall the extension"
         ) from error

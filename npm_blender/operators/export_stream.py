@@ -7,7 +7,7 @@ from bpy_extras.io_utils import ExportHelper
 
 from .. import bridge, jobs, preview
 from ..core.errors import FileError, NpmError
-from ..properties import SETTING_NAMES, CompressionProperties
+from ..properties import SETTING_NAMES, CompressionProperties, draw_settings
 from .compress import store
 from .job_operator import ObjectJobOperator, one_line
 from .target import chosen_settings, fingerprint, poll_mesh
@@ -49,8 +49,7 @@ class EXPORT_SCENE_OT_npmesh(CompressionProperties, ObjectJobOperator, bpy.types
         if context.active_object.npmesh.is_preview:
             layout.prop(self, "only_shown")
         else:
-            for name in SETTING_NAMES:
-                layout.prop(self, name)
+            draw_settings(layout, self)
         column = layout.column(align=True)
         column.label(text="Not kept: UV maps, materials,", icon="INFO")
         column.label(text="vertex groups and shape keys", icon="BLANK1")

@@ -60,7 +60,12 @@ def source_of(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> bpy.typ
 
 
 def chosen_settings(operator, obj: bpy.types.Object) -> CompressSettings:
-    """The settings of `obj`, after taking over what the operator was told. Raises SettingsError."""
+    """The settings of `obj`, after taking over what the operator was told. Raises SettingsError.
+
+    Base faces that the operator was told count, whatever the object had.
+    """
+    if operator.properties.is_property_set("base_faces"):
+        obj.npmesh.auto_base = False
     for name in SETTING_NAMES:
         if operator.properties.is_property_set(name):
             setattr(obj.npmesh, name, getattr(operator, name))

@@ -7,7 +7,7 @@ from .. import jobs, preview
 from ..operators.compress import OBJECT_OT_npmesh_cancel, OBJECT_OT_npmesh_compress
 from ..operators.decoded import OBJECT_OT_npmesh_apply, OBJECT_OT_npmesh_discard, OBJECT_OT_npmesh_preview
 from ..operators.export_stream import EXPORT_SCENE_OT_npmesh
-from ..properties import SETTING_NAMES
+from ..properties import draw_settings
 
 
 class _Sidebar:
@@ -74,8 +74,7 @@ class VIEW3D_PT_npmesh_compress(_Sidebar, bpy.types.Panel):
             return
         settings = layout.column()
         settings.use_property_split, settings.use_property_decorate = True, False
-        for name in SETTING_NAMES:
-            settings.prop(source.npmesh, name)
+        draw_settings(settings, source.npmesh)
         if not jobs.running():
             again = isinstance(source.get(preview.STREAM), bytes)
             button = layout.row()

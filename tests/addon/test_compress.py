@@ -58,6 +58,15 @@ def test_the_settings_stay_with_the_object():
     assert len(bpy.context.active_object.data.polygons) == 400
 
 
+def test_the_base_can_be_chosen_from_the_shape_until_a_number_is_given():
+    obj = add_object()
+    bpy.ops.object.npmesh_compress(auto_base=True, levels=1)
+    assert obj.npmesh.auto_base and 100 <= len(bpy.context.active_object.data.polygons) // 4 <= 2000
+    bpy.ops.object.npmesh_compress(base_faces=90)
+    assert not obj.npmesh.auto_base and obj.npmesh.base_faces == 90
+    assert len(bpy.context.active_object.data.polygons) == 90 * 4
+
+
 def test_modifiers_are_applied():
     obj = add_object(subdivisions=4)
     obj.modifiers.new("Finer", "SUBSURF").levels = 1
