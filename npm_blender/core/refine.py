@@ -32,7 +32,15 @@ ATTEMPTS = (  # at a stage, until one brings the mesh nearer: what it starts fro
     (0.0, NORMAL, (1,)),
     (0.0, 0.0, (1, 2, 4)),
 )
+PRUNINGS = 3  # where no attempt does: rounds that leave out the features that do harm
+MARGIN = 1e-3  # least share of the error that a stage must save
+QUADRATURE = np.array([3, 3, 3, 8, 8, 8, 27]) / 60  # weights of corners, middles of sides and centre
 REQUERY = 10  # steps between searches for the nearest points
+
+
+def _added(sent, news, steps) -> list:
+    """Values of the features: those sent, and new integers on top."""
+    return [a + b * float(s) for a, b, s in zip(sent, news, steps, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -173,7 +181,7 @@ class Refiner:
         steps (L,): quantization step of each level; scale: of the rates. A stage that ends farther from the input
         than it began is tried in other ways, and left out if none helps.
         """
-        torch, base = self.torch, self.B.array(V0)
+        base = self.B.array(V0)
         sizes = [len(f) for f in features]
         rank = np.full(sum(sizes), len(order))
         rank[order] = np.arange(len(order))
@@ -182,19 +190,46 @@ class Refiner:
         start = 0
         for stop in (*(s for s in STAGES if s < len(order)), len(order)):
             sent = [self.B.array(i * s) for i, s in zip(ints, steps, strict=True)]
-            before = self._distances(base, sent)
-            for share, self.normal, divisors in ATTEMPTS:
-                first = [self.B.array(share * f) for f in features]
-                news = self._stage(base, sent, first, ranks, (start, stop), steps, scale * RATES[1])
-                tried = ([torch.round(new / d) for new in news] for d in divisors)
-                better = next((n for n in tried if self._improves(base, sent, n, steps, before)), None)
-                if better:
-                    ints = [i + new.numpy().astype(np.int32) for i, new in zip(ints, better, strict=True)]
-                    break
+            better = self._best(base, sent, features, ranks, (start, stop), steps, scale * RATES[1])
+            if better:
+                ints = [i + new.numpy().astype(np.int32) for i, new in zip(ints, better, strict=True)]
             self.normal = NORMAL
             self.stage += 1
             start = stop
         return ints
+
+    def _best(self, base, sent, features, ranks, span, steps, rate):
+        """Rounded values of the features of a stage that bring the mesh nearer, of the first attempt that does.
+
+        Where none does, each attempt is tried again with those features only whose surroundings it brings nearer.
+        """
+        torch, tried = self.torch, []
+        before = self._distances(base, sent)
+        for share, self.normal, divisors in ATTEMPTS:
+            first = [self.B.array(share * f) for f in features]
+            news = self._stage(base, sent, first, ranks, span, steps, rate)
+            for divisor in divisors:
+                tried.append([torch.round(new / divisor) for new in news])
+                if self._improves(base, sent, tried[-1], steps, before):
+                    return tried[-1]
+        for news in tried:
+            for _ in range(PRUNINGS):
+                news = self._pruned(base, sent, news, steps)
+                if self._improves(base, sent, news, steps, before):
+                    return news
+        return None
+
+    def _pruned(self, base, sent, news, steps):
+        """`news` without the features that leave their face and its neighbours farther from the input than `sent`."""
+        distance, area = self._face_errors(base, sent)
+        after, area_after = self._face_errors(base, _added(sent, news, steps))
+        saved = distance * area - after * area_after
+        kept = []
+        for new, mesh in zip(news, self.meshes, strict=False):
+            own = saved.reshape(mesh.m, -1).sum(1)
+            across = mesh.opposite.numpy().reshape(-1, 3) // 3
+            kept.append(new * self.B.array(own + own[across].sum(1) > 0)[:, None])
+        return kept
 
     def _stage(self, base, sent, first, ranks, span, steps, rate):
         """Rounded values of the features with ranks in span, fitted from `first` with `sent` in place; else zeros."""
@@ -216,16 +251,31 @@ class Refiner:
         return [torch.round(x.detach() / float(s)) * m for x, s, m in zip(leaves, steps, masks, strict=True)]
 
     def _improves(self, base, sent, news, steps, before) -> bool:
-        """Whether a decode with the new integers on top of what is sent lies nearer to the input, by both measures."""
-        after = self._distances(base, [a + b * float(s) for a, b, s in zip(sent, news, steps, strict=True)])
-        return after[0] < before[0] and after[1] < before[1]
+        """Whether a decode with the new integers on top of what is sent lies nearer to the input, by all measures."""
+        after = self._distances(base, _added(sent, news, steps))
+        return after[0] < before[0] and after[1] < before[1] and after[2] < (1 - MARGIN) * before[2]
 
-    def _distances(self, base, values) -> tuple[float, float]:
-        """Mean distance of a decode to the input, by the area that is fitted and by the area that is shown."""
+    def _face_errors(self, base, values) -> tuple[np.ndarray, np.ndarray]:
+        """Mean distance to the input and area of the faces of the finest decode, (m,) float64 each.
+
+        A quadrature of degree three: the corners, the middles of the sides and the centre.
+        """
+        with self.torch.no_grad():
+            V = self._decode(base, values, self.depth).numpy().astype(np.float64)
+        corners = V[self.meshes[self.depth].F.numpy().reshape(-1, 3)]
+        points = np.concatenate([corners, (corners + np.roll(corners, -1, 1)) / 2, corners.mean(1, keepdims=True)], 1)
+        distance, _, _ = self.surface.closest(points.reshape(-1, 3))
+        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+        return distance.reshape(-1, 7) @ QUADRATURE, area
+
+    def _distances(self, base, values) -> tuple[float, float, float]:
+        """Mean distance of a decode to the input, by the area that is fitted, by the area shown, and that more exactly."""
+        distance, area = self._face_errors(base, values)
+        exact = float(distance @ area / area.sum())
         with self.torch.no_grad():
             V = self._decode(base, values, self.depth)
             _, _, share, distance = self._nearest(V, self.depth)
             _, area = face_normals(self.B, V, self.meshes[self.depth])
             corners = distance[: len(V)][self.meshes[self.depth].F].reshape(-1, 3).mean(1)
             shown = ((corners + distance[len(V) :]) / 2 * area[:, 0]).sum() / area.sum()
-            return float((distance * share).sum()), float(shown)
+            return float((distance * share).sum()), float(shown), exact
