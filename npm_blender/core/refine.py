@@ -33,7 +33,7 @@ ATTEMPTS = (  # at a stage, until one brings the mesh nearer: what it starts fro
     (0.0, 0.0, (1, 2, 4)),
 )
 PRUNINGS = 3  # where no attempt does: rounds that leave out the features that do harm
-MARGIN = 1e-3  # least share of the error that a stage must save
+VISIBLE = 5e-3  # share of the error that an attempt must save to be the last
 QUADRATURE = np.array([3, 3, 3, 8, 8, 8, 27]) / 60  # weights of corners, middles of sides and centre
 REQUERY = 10  # steps between searches for the nearest points
 
@@ -199,25 +199,27 @@ class Refiner:
         return ints
 
     def _best(self, base, sent, features, ranks, span, steps, rate):
-        """Rounded values of the features of a stage that bring the mesh nearer, of the first attempt that does.
+        """Rounded values of the features of a stage that bring the mesh nearer, of the first attempt that does so visibly.
 
-        Where none does, each attempt is tried again with those features only whose surroundings it brings nearer.
+        Where none does, each attempt is tried again with those features only whose surroundings it brings nearer, and
+        the best of all counts; None if nothing helps.
         """
-        torch, tried = self.torch, []
         before = self._distances(base, sent)
+        tried, best = [], (before[2], None)
         for share, self.normal, divisors in ATTEMPTS:
             first = [self.B.array(share * f) for f in features]
             news = self._stage(base, sent, first, ranks, span, steps, rate)
             for divisor in divisors:
-                tried.append([torch.round(new / divisor) for new in news])
-                if self._improves(base, sent, tried[-1], steps, before):
+                tried.append([self.torch.round(new / divisor) for new in news])
+                error = self._error_with(base, sent, tried[-1], steps, before)
+                if error < (1 - VISIBLE) * before[2]:
                     return tried[-1]
+                best = min(best, (error, tried[-1]), key=lambda pair: pair[0])
         for news in tried:
             for _ in range(PRUNINGS):
                 news = self._pruned(base, sent, news, steps)
-                if self._improves(base, sent, news, steps, before):
-                    return news
-        return None
+                best = min(best, (self._error_with(base, sent, news, steps, before), news), key=lambda pair: pair[0])
+        return best[1]
 
     def _pruned(self, base, sent, news, steps):
         """`news` without the features that leave their face and its neighbours farther from the input than `sent`."""
@@ -250,10 +252,10 @@ class Refiner:
         self._descend(leaves, rate, prefix, masks, coarse=start == 0, effort=EFFORT.get(stop, 1))
         return [torch.round(x.detach() / float(s)) * m for x, s, m in zip(leaves, steps, masks, strict=True)]
 
-    def _improves(self, base, sent, news, steps, before) -> bool:
-        """Whether a decode with the new integers on top of what is sent lies nearer to the input, by all measures."""
+    def _error_with(self, base, sent, news, steps, before) -> float:
+        """Mean distance of a decode with the new integers on top of what is sent; infinite if any measure got worse."""
         after = self._distances(base, _added(sent, news, steps))
-        return after[0] < before[0] and after[1] < before[1] and after[2] < (1 - MARGIN) * before[2]
+        return after[2] if all(a < b for a, b in zip(after, before, strict=True)) else np.inf
 
     def _face_errors(self, base, values) -> tuple[np.ndarray, np.ndarray]:
         """Mean distance to the input and area of the faces of the finest decode, (m,) float64 each.
