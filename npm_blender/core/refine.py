@@ -254,6 +254,7 @@ class Refiner:
 
     def _error_with(self, base, sent, news, steps, before) -> float:
         """Mean distance of a decode with the new integers on top of what is sent; infinite if any measure got worse."""
+        self.progress(min(1.0, (self.stage + 1) / self.total), "Refining")
         after = self._distances(base, _added(sent, news, steps))
         return after[2] if all(a < b for a, b in zip(after, before, strict=True)) else np.inf
 
