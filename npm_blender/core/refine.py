@@ -7,6 +7,7 @@ whole. Distances are to the nearest points of the input, not to fixed targets: s
 This is the only module of the core that needs torch.
 """
 
+import os
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +36,7 @@ ATTEMPTS = (  # at a stage, until one brings the mesh nearer: what it starts fro
 PRUNINGS = 3  # where no attempt does: rounds that leave out the features that do harm
 VISIBLE = 5e-3  # share of the error that an attempt must save to be the last
 QUADRATURE = np.array([3, 3, 3, 8, 8, 8, 27]) / 60  # weights of corners, middles of sides and centre
+THREADS = 4  # at most, and half of the cores: threads that wait for a busy core make a step twenty times slower
 REQUERY = 10  # steps between searches for the nearest points
 
 
@@ -63,6 +65,8 @@ class Refiner:
         from .network import map_tree
         from .torch_backend import TorchBackend
 
+        if "OMP_NUM_THREADS" not in os.environ:
+            torch.set_num_threads(max(1, min(THREADS, (os.cpu_count() or 1) // 2)))
         self.torch, self.B, self.steps, self.progress = torch, TorchBackend(), steps, progress
         self.params = map_tree(self.B.array, {"decoder": params["decoder"]})
         self.meshes = [MeshIndex.of(self.B, level) for level in target.levels]
