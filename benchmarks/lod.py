@@ -7,6 +7,7 @@ seconds on a sphere with bumps made here, beside libigl's qslim in the same run.
 """
 
 import argparse
+import re
 import time
 from collections import Counter
 from dataclasses import dataclass
@@ -100,13 +101,14 @@ def validity(rows: dict[str, dict]) -> list[str]:
     """Lines on all meshes: failures by cause, base sizes, turned faces, borders."""
     failed = {name: causes(row) for name, row in rows.items() if causes(row)}
     good = [row for name, row in rows.items() if name not in failed]
-    stopped = Counter(row["message"].split(": ")[-1] for row in good if row["base_faces"] > BASE_FACES)
+    reasons = (row["message"].split(": ")[-1].split(" at least ")[0] for row in good if row["base_faces"] > BASE_FACES)
+    stopped = Counter(re.sub("[0-9,]+ separate", "separate", reason) for reason in reasons)
     share = np.array([row["turned"] for row in good])
     border = np.array([row["border"] for row in good if "border" in row])
     lines = [
         f"{len(good)} of {len(rows)} meshes give a valid sequence: manifold, Euler characteristic, components and border "
         f"loops of the cleaned input. Base meshes above {BASE_FACES} faces: {sum(stopped.values())} "
-        + "".join(f"({count}: {why})" for why, count in stopped.most_common()) + ".",
+        + "(" + "; ".join(f"{count}: {why}" for why, count in stopped.most_common()) + ").",
         "",
         f"Turned faces at levels 1 to {LEVELS}, mean over meshes: "
         + ", ".join(f"{100 * s:.2f} %" for s in share.mean(0))
