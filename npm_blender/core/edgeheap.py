@@ -1,7 +1,7 @@
 """A binary heap of edges with their places, so that an edge's cost can be changed or the edge removed."""
 from .jit import compiled
 
-OUT, REJECTED, DEAD = -1, -2, -3  # values of `place` for edges that are not in the heap
+REJECTED, DEAD = -1, -2  # values of `place` for edges that are not in the heap
 
 
 @compiled
@@ -70,7 +70,7 @@ def put(heap, place, cost, e, value, size):
 
 @compiled
 def take(heap, place, cost, e, why, size):
-    """Remove edge e if it is in the heap and set its place to `why` (OUT, REJECTED or DEAD); returns the new size."""
+    """Remove edge e if it is in the heap and set its place to `why` (REJECTED or DEAD); returns the new size."""
     at = place[e]
     if at >= 0:
         size -= 1

@@ -11,6 +11,7 @@ import numpy as np
 
 from .jit import compiled
 from .progress import Progress, no_progress
+from .quadric import add_outer
 from .subdivide import Level
 
 NORMAL = 0.1  # weight of the normals: squared height difference along an edge, times the area of the face
@@ -20,17 +21,6 @@ ROUNDS = 6
 TURNED = 0.3  # cosine between a face and its mapped normal below which it counts as turned over
 ITERATIONS = 60
 TOLERANCE = 1e-4  # least norm of the preconditioned residual, relative to the first
-
-
-@compiled
-def _add_outer(block, x, y, z, w):
-    """Add w times the outer product of (x, y, z) with itself to a symmetric matrix (xx, xy, xz, yy, yz, zz)."""
-    block[0] += w * x * x
-    block[1] += w * x * y
-    block[2] += w * x * z
-    block[3] += w * y * y
-    block[4] += w * y * z
-    block[5] += w * z * z
 
 
 @compiled
@@ -51,9 +41,9 @@ def _assemble(F, edges, edge_of, V, direction, middle, middle_direction, area, n
             edge_share[e] += area[f] / 4
             a, b = edges[e]
             w = normal_weight * area[f]
-            _add_outer(own[a], x, y, z, w)
-            _add_outer(own[b], x, y, z, w)
-            _add_outer(cross[e], x, y, z, -w)
+            add_outer(own[a], x, y, z, w)
+            add_outer(own[b], x, y, z, w)
+            add_outer(cross[e], x, y, z, -w)
             h = w * (x * (V[b, 0] - V[a, 0]) + y * (V[b, 1] - V[a, 1]) + z * (V[b, 2] - V[a, 2]))
             right[a, 0] += h * x
             right[a, 1] += h * y
@@ -62,7 +52,7 @@ def _assemble(F, edges, edge_of, V, direction, middle, middle_direction, area, n
             right[b, 1] -= h * y
             right[b, 2] -= h * z
     for v in range(n):
-        _add_outer(own[v], direction[v, 0], direction[v, 1], direction[v, 2], share[v])
+        add_outer(own[v], direction[v, 0], direction[v, 1], direction[v, 2], share[v])
         pull = spring[v] * share[v] + 1e-15
         own[v, 0] += pull
         own[v, 3] += pull
@@ -71,9 +61,9 @@ def _assemble(F, edges, edge_of, V, direction, middle, middle_direction, area, n
         a, b = edges[e]
         x, y, z = middle_direction[e]
         w = edge_share[e] / 4
-        _add_outer(own[a], x, y, z, w)
-        _add_outer(own[b], x, y, z, w)
-        _add_outer(cross[e], x, y, z, w)
+        add_outer(own[a], x, y, z, w)
+        add_outer(own[b], x, y, z, w)
+        add_outer(cross[e], x, y, z, w)
         gap = 0.0
         for c in range(3):
             gap += middle_direction[e, c] * (middle[e, c] - (V[a, c] + V[b, c]) / 2)

@@ -12,14 +12,20 @@ REACH = 2.0  # the optimal position may lie this many edge lengths away from the
 
 
 @compiled
+def add_outer(block, x, y, z, w):
+    """Add w times the outer product of (x, y, z) with itself to a symmetric matrix (xx, xy, xz, yy, yz, zz)."""
+    block[0] += w * x * x
+    block[1] += w * x * y
+    block[2] += w * x * z
+    block[3] += w * y * y
+    block[4] += w * y * z
+    block[5] += w * z * z
+
+
+@compiled
 def _add_plane(q, a, b, c, d, w):
     """Add w times the squared distance to the plane a x + b y + c z + d = 0 (unit normal) to quadric q."""
-    q[0] += w * a * a
-    q[1] += w * a * b
-    q[2] += w * a * c
-    q[3] += w * b * b
-    q[4] += w * b * c
-    q[5] += w * c * c
+    add_outer(q, a, b, c, w)
     q[6] += w * a * d
     q[7] += w * b * d
     q[8] += w * c * d
