@@ -3,9 +3,10 @@ import bpy
 
 from . import jobs, preview, properties
 from .operators import compress, decoded, export_stream, import_stream
-from .panels import sidebar
+from .panels import compress as compress_panel
+from .panels import preview as preview_panel
 
-MODULES = (properties, compress, export_stream, import_stream, decoded, sidebar)
+MODULES = (properties, compress, export_stream, import_stream, decoded, preview_panel, compress_panel)
 
 MENUS = (
     (bpy.types.TOPBAR_MT_file_import, import_stream.menu),
