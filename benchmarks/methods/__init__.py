@@ -1,7 +1,34 @@
 """The methods of the comparison, one module each; every module exports NAME and what of these it can do:
 
     at_bytes(case, budgets) -> list[Coded | None]      the best mesh of at most so many bytes; None: none is so small
-    at_scalars(case, counts) -> list[TriMesh | None]     the mesh that so many numbers buy (the paper's CR)
+    at_scalars(case, counts) -> list[TriMesh | None]   the mesh that so many numbers buy (the paper's CR)
+    extra(case) -> list[(dict, TriMesh)]                 further rows; the dict says of which table and what they are
 
 A progressive method cuts one stream for all budgets; the others take the best setting for each, measured by d_pm.
 """
+
+from importlib import import_module
+from types import ModuleType
+
+# in the order of the tables; the second entry is what the others are compared with
+METHODS = (
+    "ours",
+    "qslim_draco",
+    "qslim",
+    "fast_quadric",
+    "loop",
+    "butterfly",
+    "subdivfit",
+    "neural_subdivision",
+    "progressive_meshes",
+    "subdivision_codec",
+    "meshopt",
+    "draco",
+)
+REFERENCE = "qslim_draco"  # in bytes
+REFERENCE_SCALARS = "qslim"  # in numbers
+
+
+def load(name: str) -> ModuleType:
+    """The module of a method. Raises ImportError, with the name of what is missing."""
+    return import_module(f".{name}", __name__)

@@ -1,29 +1,50 @@
 """What every method gets and gives."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import igl
+import numpy as np
+
+from npm_blender.core.clean import clean
 from npm_blender.core.decimate import decimate
+from npm_blender.core.locality import in_morton_order
 from npm_blender.core.lod import LodSequence, levels
-from npm_blender.core.mesh import TriMesh
+from npm_blender.core.mesh import Frame, TriMesh
 from npm_blender.core.metrics import Original
+from npm_blender.core.settings import CompressSettings
 
 BUDGETS = (1_000, 2_000, 4_000, 8_000, 16_000, 32_000)  # bytes
 FEATURES = (0, 40, 400)  # of the paper's table 2
+CURVE = (0, 40, 120, 400, 1200)  # features whose numbers are the points of the CR curve
 LEVELS = 3
+BASE_FACES = 400
+FEATURE_DIM = 8
+SEARCH_SAMPLES = 10_000  # points that a search for the best setting measures with
 
 
 @dataclass
 class Case:
     """One mesh, cleaned, in the unit cube, with what methods share: made on first use, once.
 
-    mesh: the input of every method; name: for progress; original: compares a decoded mesh with the input.
+    mesh: the input of every method; name: for progress; original: compares a decoded mesh with the input; settings: of
+    our own codec.
     """
 
     name: str
     mesh: TriMesh
     samples: int = 50_000
     seconds: dict[str, float] = field(default_factory=dict)
+    settings: CompressSettings = field(default_factory=CompressSettings)
+    _made: dict = field(default_factory=dict)
+
+    @staticmethod
+    def of(name: str, mesh: TriMesh, samples: int = 50_000, settings: CompressSettings | None = None) -> "Case":
+        """The case of a mesh as a file has it: repaired where it is no manifold. Raises MeshError if it is no surface."""
+        cleaned, _ = clean(mesh, "auto")
+        unit = in_morton_order(TriMesh(Frame.of(cleaned.V).to_unit(cleaned.V), cleaned.F))
+        return Case(name, unit, samples, settings=settings or CompressSettings())
 
     @cached_property
     def original(self) -> Original:
@@ -33,11 +54,40 @@ class Case:
     @cached_property
     def lod(self) -> LodSequence:
         """The LoD sequence of 400 base faces."""
-        return self.sequence(400)
+        return self.sequence(BASE_FACES)
 
     def sequence(self, base_faces: int) -> LodSequence:
         """The LoD sequence of another base."""
         return levels(decimate(self.mesh, base_faces), LEVELS)
+
+    def once(self, key, make: Callable):
+        """make(), kept under `key`: what one method shares between its calls, or with others."""
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
+
+    def qslim(self, faces: int) -> TriMesh:
+        """The input decimated by libigl's qslim to at most so many faces, where it can."""
+        if faces >= len(self.mesh.F):
+            return self.mesh
+
+        def make() -> TriMesh:
+            V, F, *_ = igl.qslim(np.asfortranarray(self.mesh.V), np.asfortranarray(self.mesh.F), int(faces))
+            return TriMesh.from_arrays(V, F)
+
+        return self.once(("qslim", int(faces)), make)
+
+    def d_pm(self, decoded: TriMesh) -> float:
+        """The d_pm by which searches choose: from fewer points than the tables'. Raises MeshError without area."""
+        return self.original.d_pm(decoded, SEARCH_SAMPLES)
+
+    def scalars(self, features: int) -> int:
+        """Numbers that our stream spends on its base mesh and so many features: 3 |V0| + 8 k."""
+        return 3 * len(self.lod.V0) + FEATURE_DIM * features
+
+    def cr(self, scalars: int) -> float:
+        """The paper's compression ratio for so many numbers."""
+        return 3 * len(self.mesh.V) / scalars
 
 
 @dataclass(frozen=True)
@@ -49,4 +99,4 @@ class Coded:
     label: str
 
 
-__all__ = ["BUDGETS", "FEATURES", "LEVELS", "Case", "Coded"]
+__all__ = ["BUDGETS", "CURVE", "FEATURES", "LEVELS", "Case", "Coded"]

@@ -1,0 +1,12 @@
+"""QSlim, then Draco: what people use. Faces and bits are chosen for each number of bytes."""
+
+from . import drc, search
+from .case import Case, Coded
+
+NAME = "QSlim + Draco"
+
+
+def at_bytes(case: Case, budgets: tuple[int, ...]) -> list[Coded | None]:
+    """The best of all numbers of faces and bits."""
+    codec = search.Codec(case.qslim, len(case.mesh.F), drc.encode, drc.decode, drc.BITS + drc.FINE_BITS)
+    return search.best(case, codec, budgets)

@@ -1,0 +1,60 @@
+"""The options that the benchmarks share, and the meshes that they choose."""
+
+import argparse
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from .corpus import Entry, entries
+from .methods import METHODS
+
+QUICK_MESHES, QUICK_SAMPLES = 6, 20_000
+QUICK_FACES = (4_000, 20_000)
+MADE = Path("out/bench/meshes")
+
+
+def parse(doc: str) -> argparse.Namespace:
+    """Options of `compare` and `report`; doc: the module's docstring."""
+    parser = argparse.ArgumentParser(description=doc.split("\n")[0])
+    parser.add_argument("corpus", type=Path, nargs="?", help="folder with manifest.csv; without one Blender makes meshes")
+    parser.add_argument("--split", default="test")
+    parser.add_argument("--quick", action="store_true", help=f"{QUICK_MESHES} meshes of moderate size, fewer samples")
+    parser.add_argument("--limit", type=int, help="so many meshes, spread over the sizes")
+    parser.add_argument("--samples", type=int, help="points each way (default 50,000; quick 20,000)")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--methods", type=lambda s: tuple(s.split(",")), default=METHODS, help="comma-separated")
+    parser.add_argument("--order", default="gain", help="of our features")
+    parser.add_argument("--refine-steps", type=int, help="of our codec")
+    parser.add_argument("--tag", default="", help="keep the results apart from those of other settings")
+    parser.add_argument("--retry", action="store_true", help="measure again what ended in an error")
+    parser.add_argument("--report", type=Path, help="write the page here, and results/ beside it (default: in out/bench)")
+    o = parser.parse_args()
+    o.samples = o.samples or (QUICK_SAMPLES if o.quick else 50_000)
+    unknown = sorted(set(o.methods) - set(METHODS))
+    if unknown:
+        parser.error(f"Expected methods among {', '.join(METHODS)}, found {', '.join(unknown)}")
+    return o
+
+
+def set_name(o: argparse.Namespace) -> str:
+    """A name for the set of meshes: the corpus folder's and the split's, or made."""
+    return f"{o.corpus.resolve().name}_{o.split}" if o.corpus else "made"
+
+
+def meshes(o: argparse.Namespace) -> list[Entry]:
+    """The meshes that the options choose, smallest first. Raises FileError if the corpus has no manifest."""
+    if o.corpus:
+        found = entries(o.corpus, o.split)
+    else:
+        if not (MADE / "manifest.csv").is_file():
+            subprocess.run([sys.executable, "-m", "benchmarks.made", str(MADE)], check=True)
+        found = entries(MADE, "test")
+    if o.quick and o.corpus:
+        low, high = QUICK_FACES
+        found = [e for e in found if low <= e.faces <= high] or found
+    count = QUICK_MESHES if o.quick else o.limit
+    if count and count < len(found):
+        found = [found[i] for i in np.linspace(0, len(found) - 1, count).round().astype(int)]
+    return found
