@@ -26,7 +26,7 @@ from .mesh import Frame, TriMesh
 from .operators import MeshIndex
 from .progress import Progress, no_progress, noted, part
 from .progressive import ProgressiveMesh, open_stream
-from .settings import CompressSettings
+from .settings import CompressSettings, ComputeSettings
 from .stream import Header, write_stream
 from .subdivide import Level, hierarchy
 from .surface import Surface
@@ -89,8 +89,13 @@ def feature_steps(levels: int, scale: float = 1.0) -> np.ndarray:
     return np.array([scale * FEATURE_STEP * max(0.5, 0.7 ** max(2 - i, 0)) for i in range(levels)], dtype=np.float32)
 
 
-def compress(mesh: TriMesh, settings: CompressSettings | None = None, progress: Progress = no_progress) -> Compressed:
-    """Compress a mesh in object space to an `.npmesh` stream.
+def compress(
+    mesh: TriMesh,
+    settings: CompressSettings | None = None,
+    progress: Progress = no_progress,
+    compute: ComputeSettings | None = None,
+) -> Compressed:
+    """Compress a mesh in object space to an `.npmesh` stream. compute: what refinement may use of the machine.
 
     Raises MeshError (what does not qualify), WeightsError, DependencyError (refinement asked for without torch),
     Cancelled (from `progress`).
@@ -123,9 +128,9 @@ def compress(mesh: TriMesh, settings: CompressSettings | None = None, progress: 
 
     lod = clock.run("levels", build)
     levels = hierarchy(lod.F0, len(lod.V0), lod.levels)
-    sender = _Sender(model.params, unit, lod, levels, settings, refine_steps)
+    sender = _Sender(model.params, unit, lod, levels, settings, refine_steps, compute or ComputeSettings())
     data, features = sender.send(clock, model, frame, mesh)
-    messages = (lod.message,) if lod.message else ()
+    messages = tuple(message for message in (lod.message, sender.message) if message)
     return Compressed(
         data,
         CompressReport(
@@ -153,9 +158,11 @@ class _Sender:
         levels: list[Level],
         settings: CompressSettings,
         refine_steps: int,
+        compute: ComputeSettings,
     ) -> None:
         self.params, self.unit, self.lod, self.levels, self.settings = params, unit, lod, levels, settings
-        self.refine_steps = refine_steps
+        self.refine_steps, self.compute = refine_steps, compute
+        self.message = ""
         self.meshes = [MeshIndex.of(NUMPY, level) for level in levels]
         self.surface = Surface(unit)
         areas = TriMesh(lod.V, levels[-1].F).face_areas()
@@ -202,7 +209,11 @@ class _Sender:
     def _refiner(self, progress: Progress):
         from .refine import Refiner, Target
 
-        return Refiner(self.params, Target(self.unit, self.surface, self.lod, self.levels), self.refine_steps, progress)
+        target = Target(self.unit, self.surface, self.lod, self.levels)
+        refiner = Refiner(self.params, target, self.refine_steps, progress, self.compute)
+        if self.compute.device == "gpu" and refiner.device == "cpu":
+            self.message = "refined on the processor, as torch finds no GPU"
+        return refiner
 
     def _encode(self, V0: np.ndarray, progress: Progress) -> list[np.ndarray]:
         progress(0.0, "Encoding")

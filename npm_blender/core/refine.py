@@ -17,6 +17,7 @@ from .lod import LodSequence
 from .mesh import TriMesh
 from .operators import MeshIndex, face_normals
 from .progress import Progress, no_progress
+from .settings import ComputeSettings
 from .subdivide import Level
 from .surface import Surface
 
@@ -58,16 +59,28 @@ class Target:
 class Refiner:
     """Fits one mesh. All arrays in and out are NumPy; the unit frame throughout."""
 
-    def __init__(self, params: dict, target: Target, steps: int, progress: Progress = no_progress) -> None:
+    def __init__(
+        self,
+        params: dict,
+        target: Target,
+        steps: int,
+        progress: Progress = no_progress,
+        compute: ComputeSettings | None = None,
+    ) -> None:
         """params: folded decoder parameters; steps: gradient steps per stage."""
         import torch
 
         from .network import map_tree
-        from .torch_backend import TorchBackend
+        from .torch_backend import TorchBackend, torch_device
 
-        if "OMP_NUM_THREADS" not in os.environ:
+        compute = compute or ComputeSettings()
+        if compute.threads:
+            torch.set_num_threads(compute.threads)
+        elif "OMP_NUM_THREADS" not in os.environ:
             torch.set_num_threads(max(1, min(THREADS, (os.cpu_count() or 1) // 2)))
-        self.torch, self.B, self.steps, self.progress = torch, TorchBackend(), steps, progress
+        self.torch, self.steps, self.progress = torch, steps, progress
+        self.device = torch_device(compute.device)
+        self.B = TorchBackend(self.device)
         self.params = map_tree(self.B.array, {"decoder": params["decoder"]})
         self.meshes = [MeshIndex.of(self.B, level) for level in target.levels]
         self.surface = target.surface
@@ -104,7 +117,7 @@ class Refiner:
         torch, mesh = self.torch, self.meshes[depth]
         with torch.no_grad():
             P = self._points(V.detach(), depth)
-            distance, point, face = self.surface.closest(P.numpy().astype(np.float64))
+            distance, point, face = self.surface.closest(self.B.numpy(P).astype(np.float64))
             away = P - self.B.array(point)
             far = self.B.array(distance)[:, None]
             direction = torch.where(far > 1e-6, away / far.clamp(min=1e-6), self.B.array(self.source_normals[face]))
@@ -154,12 +167,12 @@ class Refiner:
     def base(self, V0: np.ndarray) -> np.ndarray:
         """Base positions (n0, 3) float64 whose decode without features is nearest to the input, from V0."""
         leaf = self.B.array(V0).requires_grad_(True)
-        none = [self.torch.zeros(mesh.m, 8) for mesh in self.meshes[:-1]]
-        low = V0[self.meshes[0].F.numpy().reshape(-1, 3)]
+        none = [self.B.array(np.zeros((mesh.m, 8))) for mesh in self.meshes[:-1]]
+        low = V0[self.B.numpy(self.meshes[0].F).reshape(-1, 3)]
         edge = float(np.linalg.norm(low[:, 0] - low[:, 1], axis=1).mean())
         self._descend([leaf], BASE_RATE * edge, lambda depth, done: self._decode(leaf, none, depth), coarse=True)
         self.stage += 1
-        return leaf.detach().numpy().astype(np.float64)
+        return self.B.numpy(leaf).astype(np.float64)
 
     def level_by_level(self, V0: np.ndarray, features: list[np.ndarray], scale: float) -> list[np.ndarray]:
         """Features (m_i, 8) fitted one level after the other, each with the coarser ones in place, from the encoder's.
@@ -168,14 +181,14 @@ class Refiner:
         the order of importance may be read off it. scale: of the rates, smaller for meshes that need little.
         """
         base = self.B.array(V0)
-        done = [self.torch.zeros(f.shape) for f in features]
+        done = [self.B.array(np.zeros(f.shape)) for f in features]
         for i, f in enumerate(features):
             leaf = self.B.array(f.copy()).requires_grad_(True)
             values = [*done[:i], leaf, *done[i + 1 :]]
             self._descend([leaf], scale * RATES[i > 0], lambda depth, _, f=values: self._decode(base, f, depth))
             done[i] = leaf.detach()
             self.stage += 1
-        return [f.numpy() for f in done]
+        return [self.B.numpy(f) for f in done]
 
     def staged(
         self, V0: np.ndarray, features: list[np.ndarray], order: np.ndarray, steps: np.ndarray, scale: float
@@ -196,7 +209,7 @@ class Refiner:
             sent = [self.B.array(i * s) for i, s in zip(ints, steps, strict=True)]
             better = self._best(base, sent, features, ranks, (start, stop), steps, scale * RATES[1])
             if better:
-                ints = [i + new.numpy().astype(np.int32) for i, new in zip(ints, better, strict=True)]
+                ints = [i + self.B.numpy(new).astype(np.int32) for i, new in zip(ints, better, strict=True)]
             self.normal = NORMAL
             self.stage += 1
             start = stop
@@ -233,7 +246,7 @@ class Refiner:
         kept = []
         for new, mesh in zip(news, self.meshes, strict=False):
             own = saved.reshape(mesh.m, -1).sum(1)
-            across = mesh.opposite.numpy().reshape(-1, 3) // 3
+            across = self.B.numpy(mesh.opposite).reshape(-1, 3) // 3
             kept.append(new * self.B.array(own + own[across].sum(1) > 0)[:, None])
         return kept
 
@@ -268,8 +281,8 @@ class Refiner:
         A quadrature of degree three: the corners, the middles of the sides and the centre.
         """
         with self.torch.no_grad():
-            V = self._decode(base, values, self.depth).numpy().astype(np.float64)
-        corners = V[self.meshes[self.depth].F.numpy().reshape(-1, 3)]
+            V = self.B.numpy(self._decode(base, values, self.depth)).astype(np.float64)
+        corners = V[self.B.numpy(self.meshes[self.depth].F).reshape(-1, 3)]
         points = np.concatenate([corners, (corners + np.roll(corners, -1, 1)) / 2, corners.mean(1, keepdims=True)], 1)
         distance, _, _ = self.surface.closest(points.reshape(-1, 3))
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2

@@ -5,6 +5,7 @@ from .errors import SettingsError
 
 AUTO = 0  # as base faces: chosen from the shape
 CLEAN_MODES = ("auto", "off", "tetwild")
+DEVICES = ("cpu", "gpu")
 
 
 def _in_range(name: str, value: int, low: int, high: int) -> None:
@@ -55,3 +56,19 @@ class CompressSettings:
             _in_range("refine steps", self.refine_steps, 0, 10_000)
         if self.order not in ("gain", "magnitude"):
             raise SettingsError(f"Expected order to be gain or magnitude, found {self.order!r}")
+
+
+@dataclass(frozen=True)
+class ComputeSettings:
+    """What refinement may use of the machine. A file made with other ones differs in details, and is as good.
+
+    threads: of torch on the processor; 0 for half of the cores, at most four; device: 'cpu', or 'gpu' where torch finds one.
+    """
+
+    threads: int = 0
+    device: str = "cpu"
+
+    def __post_init__(self) -> None:
+        _in_range("threads", self.threads, 0, 1024)
+        if self.device not in DEVICES:
+            raise SettingsError(f"Expected device to be one of {', '.join(DEVICES)}, found {self.device!r}")

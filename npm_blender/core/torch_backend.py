@@ -2,6 +2,15 @@
 import torch
 
 
+def torch_device(wanted: str) -> str:
+    """torch's name of the device for 'cpu' or 'gpu' (ComputeSettings); 'cpu' where torch has no GPU that works."""
+    if wanted == "gpu" and torch.cuda.is_available():
+        return "cuda"  # ROCm's too
+    if wanted == "gpu" and torch.backends.mps.is_available():
+        return "mps"
+    return "cpu"
+
+
 class _Permute(torch.autograd.Function):
     """x[p] for an involution p: its gradient is again a gather, which is several times faster than a scatter."""
 
@@ -30,6 +39,10 @@ class TorchBackend:
 
     def index(self, x):
         return torch.as_tensor(x, dtype=torch.int32, device=self.device)
+
+    def numpy(self, x):
+        """x as a NumPy array, without its gradient."""
+        return x.detach().cpu().numpy()
 
     def take(self, x, index):
         return x.index_select(0, index)
