@@ -2,11 +2,22 @@
 import bpy
 
 from . import jobs, preview, properties
-from .operators import compress, decoded, export_stream, import_stream
+from .operators import (
+    compress,
+    decoded,
+    export_gltf,
+    export_stream,
+    import_stream,
+    lod_set,
+    play,
+    storage,
+)
+from .panels import common as panel_parts
 from .panels import compress as compress_panel
 from .panels import preview as preview_panel
 
-MODULES = (properties, compress, export_stream, import_stream, decoded, preview_panel, compress_panel)
+MODULES = (properties, compress, export_stream, import_stream, decoded, storage, play, lod_set, export_gltf,
+           preview_panel, compress_panel)
 
 MENUS = (
     (bpy.types.TOPBAR_MT_file_import, import_stream.menu),
@@ -17,8 +28,10 @@ MENUS = (
 HANDLERS = (
     (bpy.app.handlers.undo_post, preview.refresh_all),
     (bpy.app.handlers.redo_post, preview.refresh_all),
-    (bpy.app.handlers.save_pre, preview.refresh_all),
+    (bpy.app.handlers.save_pre, preview.before_save),
+    (bpy.app.handlers.save_post, preview.after_save),
     (bpy.app.handlers.load_pre, preview.forget_all),
+    (bpy.app.handlers.load_post, preview.after_load),
 )
 
 _command = None
@@ -50,6 +63,8 @@ def unregister() -> None:
     global _command
     jobs.cancel_all()
     preview.forget_all()
+    preview.restore_viewports()
+    panel_parts.remove_icons()
     if _command is not None:
         bpy.utils.unregister_cli_command(_command)
         _command = None

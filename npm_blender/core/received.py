@@ -23,10 +23,12 @@ _DAMAGE = (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError,
 
 @dataclass(frozen=True)
 class Received:
-    """data: an `.npmesh` stream or a prefix of one; arrays: the `Stream` read from it, see `pack`."""
+    """data: an `.npmesh` stream or a prefix of one; arrays: the `Stream` read from it, see `pack`; measured: text of its
+    `quality.Quality`, empty where the original is not at hand."""
 
     data: bytes
     arrays: bytes
+    measured: str = ""
 
     def open(self) -> ProgressiveMesh:
         """The mesh of the stream. Raises StreamError (damaged arrays), WeightsError."""

@@ -1,5 +1,6 @@
-"""What to do with a compressed object and its preview: show it, keep it as an ordinary mesh, drop it."""
+"""What to do with a compressed object and its preview: show it, go to a stop, keep it as an ordinary mesh, drop it."""
 import bpy
+from bpy.props import IntProperty
 
 from .. import preview
 from ..core.errors import NpmError, StreamError
@@ -25,7 +26,7 @@ class OBJECT_OT_npmesh_preview(bpy.types.Operator):
             if obj.npmesh.is_preview:
                 preview.show(obj)
                 return {"FINISHED"}
-            if not isinstance(obj.get(preview.STREAM), bytes):
+            if not preview.has_stream(obj):
                 raise StreamError(f"Expected a compressed object, found none in '{obj.name}'; compress it first")
             shown = preview_of(context, obj)
         except NpmError as error:
@@ -33,6 +34,24 @@ class OBJECT_OT_npmesh_preview(bpy.types.Operator):
             return {"CANCELLED"}
         shown.npmesh.show_original = False
         context.view_layer.objects.active = shown
+        return {"FINISHED"}
+
+
+class OBJECT_OT_npmesh_stop(bpy.types.Operator):
+    """Use this many features, for which the error was measured"""
+
+    bl_idname = "object.npmesh_stop"
+    bl_label = "Go to Stop"
+    bl_options = {"UNDO", "INTERNAL"}  # noqa: RUF012
+
+    features: IntProperty(name="Features", min=0, description="How many features to use")
+
+    @classmethod
+    def poll(cls, context):
+        return poll_preview(cls, context)
+
+    def execute(self, context):
+        context.active_object.npmesh.features = self.features
         return {"FINISHED"}
 
 
@@ -68,4 +87,4 @@ class OBJECT_OT_npmesh_discard(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (OBJECT_OT_npmesh_preview, OBJECT_OT_npmesh_apply, OBJECT_OT_npmesh_discard)
+CLASSES = (OBJECT_OT_npmesh_preview, OBJECT_OT_npmesh_stop, OBJECT_OT_npmesh_apply, OBJECT_OT_npmesh_discard)

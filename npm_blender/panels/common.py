@@ -3,6 +3,8 @@ import textwrap
 
 import bpy
 
+ICON_PIXELS = 16
+
 
 class Sidebar:
     """The tab Progressive in the sidebar of the 3D viewport."""
@@ -33,3 +35,45 @@ def percent_text(size: int, whole: int) -> str:
     """A share with two digits that count."""
     share = 100 * size / max(whole, 1)
     return f"{share:.0f}%" if share >= 10 else f"{share:.1f}%" if share >= 1 else f"{share:.2f}%"
+
+
+def short_count(count: int) -> str:
+    """A count in a few letters, as 25.6k."""
+    for unit, scale in (("M", 1e6), ("k", 1e3)):
+        if count >= scale:
+            text = f"{count / scale:.1f}"
+            return text.removesuffix(".0") + unit
+    return str(count)
+
+
+def length_text(length: float, scene: bpy.types.Scene) -> str:
+    """A length in Blender units with three digits that count, in the scene's system of units."""
+    units = scene.unit_settings
+    if units.system == "NONE" or length == 0:  # Blender's function ends Blender without a system (4.3, 4.5, 5.2)
+        return f"{length:.3g}"
+    return bpy.utils.units.to_string(units.system, "LENGTH", length * units.scale_length, precision=3)
+
+
+_icons: list = []  # one collection of Blender's, made when the first icon is drawn
+
+
+def icon_of(colour: tuple[float, float, float]) -> int:
+    """Number of an icon that is filled with a colour (sRGB)."""
+    import bpy.utils.previews
+
+    if not _icons:
+        _icons.append(bpy.utils.previews.new())
+    name = "".join(f"{round(255 * channel):02x}" for channel in colour)
+    if name not in _icons[0]:
+        icon = _icons[0].new(name)
+        icon.icon_size = (ICON_PIXELS, ICON_PIXELS)
+        icon.icon_pixels_float[:] = [*colour, 1.0] * ICON_PIXELS**2
+    return _icons[0][name].icon_id
+
+
+def remove_icons() -> None:
+    """Give the icons back, when the extension is being disabled."""
+    import bpy.utils.previews
+
+    while _icons:
+        bpy.utils.previews.remove(_icons.pop())

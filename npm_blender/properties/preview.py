@@ -13,7 +13,7 @@ from bpy.props import (
     StringProperty,
 )
 
-from .. import preview
+from ..preview import deviation, placement, slider, smooth, updates
 from .compression import MAX_LEVELS
 
 
@@ -26,40 +26,71 @@ class NpmLevelMesh(bpy.types.PropertyGroup):
 class PreviewProperties:
     """The part of `Object.npmesh` that belongs to previews."""
 
-    # A preview: set once, when it is made
+    # Set once, when the preview is made
     is_preview: BoolProperty()
-    digest: StringProperty(description="Names the packed stream")
+    digest: StringProperty(description="Names the stream")
+    filepath: StringProperty(
+        name="File", subtype="FILE_PATH", options=set(), update=updates.on_path,
+        description="File of a stream that is not packed in the .blend; // means the folder of the .blend")
     source: PointerProperty(type=bpy.types.Object, description="The compressed object; none for an opened file")
     meshes: CollectionProperty(type=NpmLevelMesh)
     level_count: IntProperty(description="Levels above the base")
+    stream_base_faces: IntProperty(description="Faces of the base mesh of the stream")
     total_features: IntProperty(description="Features that the stream promises")
     arrived_features: IntProperty(description="Features that are there; fewer if the file was cut off")
     stream_bytes: IntProperty(description="Bytes of the stream as it is")
     source_bytes: IntProperty(description="Bytes of the original as a binary PLY file")
     source_faces: IntProperty(description="Faces of the original")
+    shading: EnumProperty(
+        items=smooth.SHADINGS, default="SMOOTH", options=set(), description="How the faces of the levels are shaded")
+    smooth_angle: FloatProperty(
+        subtype="ANGLE", options=set(), description="Edges of the levels that are sharper than this are drawn sharp")
 
-    # A preview: what it shows, set by the user
+    # What is shown, set by the user
     features: IntProperty(
-        name="Features", min=0, options=set(), update=preview.on_change,
+        name="Features", min=0, options=set(), update=updates.on_change,
         description="How many features are used, in the order in which they are sent. A feature is a handful of "
                     "numbers that tell one face of one level how to bend")
     level: EnumProperty(
-        name="Level", default="0", options=set(), update=preview.on_change,
+        name="Level", default="0", options=set(), update=updates.on_change,
         description="Subdivision level that is shown",
         items=tuple((str(k), str(k), f"Base subdivided {k} times, {4 ** k} times its faces" if k else "Base mesh")
                     for k in range(MAX_LEVELS + 1)))
     detail: FloatProperty(
         name="Detail", subtype="PERCENTAGE", min=0, max=100, precision=1, options=set(),
-        get=lambda self: preview.get_detail(self), set=lambda self, value: preview.set_detail(self, value),
+        get=lambda self: slider.get_detail(self), set=lambda self, value: slider.set_detail(self, value),
         description="How much of the stream is used, the most important features first. Finer at the start, where each "
                     "feature changes most")
+    budget: FloatProperty(
+        name="Budget (kB)", min=0, soft_max=1000, precision=2, step=10, options=set(),
+        get=lambda self: slider.get_budget(self), set=lambda self, value: slider.set_budget(self, value),
+        description="Use as many features as fit into this many kilobytes, of 1000 bytes each, with the base mesh")
     show_original: BoolProperty(
         name="Show Original", options=set(),
-        get=lambda self: preview.get_show_original(self),
-        set=lambda self, value: preview.set_show_original(self, value),
+        get=lambda self: placement.get_show_original(self),
+        set=lambda self, value: placement.set_show_original(self, value),
         description="Show the original in place of the preview, to compare the two")
+    beside: BoolProperty(
+        name="Beside", options=set(), update=lambda self, context: placement.on_beside(self, context),
+        description="Show the preview beside the original instead of in its place")
+    show_deviation: BoolProperty(
+        name="Deviation", options=set(), update=deviation.on_toggle,
+        description="Colour the preview by its distance to the original, as that is now; the colour attribute is called "
+                    f"{deviation.ATTRIBUTE}, and solid viewports show attributes meanwhile")
+    deviation_top: FloatProperty(
+        name="Red At", subtype="DISTANCE", min=0, precision=4, options=set(), update=deviation.on_scale,
+        description="Distance to the original at which the colours end, in units of the object. 0 chooses one from what "
+                    "is shown")
+    play_rate: FloatProperty(
+        name="Line (kbit/s)", default=64, min=0.1, soft_max=10_000, max=10_000_000, precision=1, options=set(),
+        description="Speed of the line over which the stream is played, in thousands of bits per second")
 
-    # A preview: what is on the screen now, for the panel
+    # What is on the screen now, for the panel
+    budget_bytes: IntProperty(description="The budget that was set last")
+    budget_features: IntProperty(default=-1, description="The features that it paid for")
     shown_bytes: IntProperty(description="Bytes of the stream up to the last feature that is used")
     shown_faces: IntProperty(description="Faces of the level that is shown")
+    deviation_mean: FloatProperty(description="Mean distance of the shown vertices to the original")
+    deviation_max: FloatProperty(description="Largest distance of a shown vertex to the original")
     problem: StringProperty(description="Why the preview cannot be shown")
+    deviation_problem: StringProperty(description="Why the deviation cannot be shown")

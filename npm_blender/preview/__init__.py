@@ -1,0 +1,29 @@
+"""Previews: objects whose mesh is decoded from a stream and follows the level and the number of features.
+
+A level's mesh is built once; another level swaps `obj.data`, another number of features only moves vertices. Decoders
+are kept by the digest of their stream, never by object, and what a mesh holds is stamped on the mesh: after undo, redo
+or loading, comparing stamp and properties says what is still to do.
+
+    kept         the stream on an object: packed in the .blend, or linked from a file; linked reads that
+    decoders     opened streams
+    levels       the meshes of the levels, brought to what the properties say
+    updates      when: at once, from a timer, after undo, before saving
+    lifecycle    make, replace, apply, discard
+    placement    in place of the original, or beside it
+    smooth       shading as of the original
+    slider       the number of features as detail, and as a budget of bytes
+    lodset       all levels as ordinary objects, named for an engine
+    playback     what has arrived over a line
+    deviation    the distance to the original as colours; nearest measures it, viewport shows it
+"""
+from .decoders import decoder_of, received_of
+from .kept import STREAM, has_stream, is_linked, pack, packed, unpack
+from .levels import STAMP, foreign, show
+from .lifecycle import apply, discard, find, make, set_stream
+from .linked import after_save, link, path_of, read_anew
+from .updates import after_load, before_save, forget_all, is_busy, refresh_all
+from .viewport import restore_viewports
+
+__all__ = ["STAMP", "STREAM", "after_load", "after_save", "apply", "before_save", "decoder_of", "discard", "find",
+           "foreign", "forget_all", "has_stream", "is_busy", "is_linked", "link", "make", "pack", "packed", "path_of",
+           "read_anew", "received_of", "refresh_all", "restore_viewports", "set_stream", "show", "unpack"]

@@ -1,0 +1,53 @@
+"""Opened streams, kept by digest while Blender runs; the last few, as each takes some megabytes."""
+from collections import OrderedDict
+from typing import TYPE_CHECKING
+
+import bpy
+
+from ..core.errors import StreamError
+from ..dependencies import open_received
+from . import kept
+
+if TYPE_CHECKING:
+    from ..core.progressive import ProgressiveMesh
+    from ..core.received import Received
+
+KEPT_DECODERS = 8
+
+_decoders: "OrderedDict[str, ProgressiveMesh]" = OrderedDict()
+
+
+def decoder_of(obj: bpy.types.Object) -> "ProgressiveMesh":
+    """The opened stream of a preview. Raises StreamError, FileError, WeightsError or DependencyError."""
+    digest = obj.npmesh.digest
+    if digest not in _decoders:
+        keep(digest, open_received(received_of(obj)))
+    _decoders.move_to_end(digest)
+    return _decoders[digest]
+
+
+def received_of(obj: bpy.types.Object) -> "Received":
+    """The stream of a preview, packed or linked. Raises StreamError, FileError or DependencyError."""
+    from . import linked  # which opens streams, too
+
+    received = linked.read(obj) if kept.is_linked(obj) else kept.packed(obj)
+    if received is None:
+        raise StreamError(f"Expected the compressed stream in '{obj.name}', found none; open the file again")
+    return received
+
+
+def keep(digest: str, decoder: "ProgressiveMesh") -> None:
+    """Remember an opened stream."""
+    _decoders[digest] = decoder
+    while len(_decoders) > KEPT_DECODERS:
+        _decoders.popitem(last=False)
+
+
+def drop(digest: str) -> None:
+    """Let a stream be opened again when it is next needed."""
+    _decoders.pop(digest, None)
+
+
+def forget() -> None:
+    """Drop all."""
+    _decoders.clear()

@@ -1,0 +1,78 @@
+"""The meshes of a preview's levels, brought to what its properties say."""
+import bpy
+
+from .. import bridge
+from . import smooth
+from .decoders import decoder_of
+
+STAMP = "npmesh_shown"  # custom property of a level's mesh: stream and number of features that it holds
+
+
+def show(obj: bpy.types.Object) -> bool:
+    """Bring the mesh of a preview to its level and number of features; returns whether anything was decoded.
+
+    Raises StreamError, FileError, WeightsError or DependencyError.
+    """
+    state, decoder = obj.npmesh, decoder_of(obj)
+    level, features = min(int(state.level), decoder.levels), min(state.features, decoder.features)
+    mesh = _level_mesh(obj, level)
+    stamp, stale = f"{state.digest}:{features}", False
+    F = decoder.level_faces(level)
+    if mesh.get(STAMP) != stamp:
+        stale = True
+        V = decoder.decode_positions(features, level)
+        if bridge.has_shape(mesh, len(V), len(F)):
+            bridge.write_positions(mesh, V)
+        else:
+            bridge.build(mesh, V, F)
+        smooth.write(mesh, state.shading, state.smooth_angle)
+        mesh[STAMP] = stamp
+    if obj.data != mesh:
+        obj.data = mesh
+    state.shown_faces, state.shown_bytes, state.problem = len(F), decoder.bytes_for(features), ""
+    return stale
+
+
+def foreign(obj: bpy.types.Object) -> str:
+    """Why the meshes of an object are not ours to change; empty if they are."""
+    if obj.library is not None:
+        return f"Expected a local preview, found '{obj.name}' linked from a file; make it local first"
+    if obj.override_library is not None:
+        return f"Expected a local preview, found '{obj.name}', a library override; make it local first"
+    return ""
+
+
+def is_shown(obj: bpy.types.Object) -> bool:
+    """Whether the object's mesh is what its properties say, as far as the stamp tells."""
+    state, mesh = obj.npmesh, obj.data
+    level = int(state.level)
+    return (mesh.get(STAMP) == f"{state.digest}:{state.features}"
+            and level < len(state.meshes) and state.meshes[level].mesh == mesh)
+
+
+def level_meshes(obj: bpy.types.Object) -> list[bpy.types.Mesh]:
+    """The meshes of the levels that were shown so far."""
+    return [item.mesh for item in obj.npmesh.meshes if item.mesh is not None]
+
+
+def remove_unused(meshes: list[bpy.types.Mesh]) -> None:
+    """Remove those that nobody uses."""
+    for mesh in meshes:
+        if mesh.users == 0:
+            bpy.data.meshes.remove(mesh)
+
+
+def _level_mesh(obj: bpy.types.Object, level: int) -> bpy.types.Mesh:
+    """The datablock of a level, of this object alone, with the materials of the mesh that is shown."""
+    state = obj.npmesh
+    item = state.meshes[level]
+    owned = 1 + (obj.data == item.mesh)  # users: the list, and the object that shows it
+    if (item.mesh is None or item.mesh.library is not None
+            or item.mesh.users - item.mesh.use_fake_user > owned):  # a copied object shares its meshes
+        item.mesh = bpy.data.meshes.new(f"{obj.name} L{level}")
+    materials = list(obj.data.materials)
+    if list(item.mesh.materials) != materials:
+        item.mesh.materials.clear()
+        for material in materials:
+            item.mesh.materials.append(material)
+    return item.mesh

@@ -1,0 +1,104 @@
+"""When previews follow their properties: at once if that is fast, else from a timer; after undo; before saving."""
+import time
+
+import bpy
+
+from ..core.errors import NpmError
+from . import decoders, deviation, levels, linked, playback
+
+# An update that takes longer than a frame or two waits for the timer, so that a dragged slider stays under the mouse.
+FAST_SECONDS, TIMER_SECONDS = 0.03, 0.03
+
+_seconds: dict[str, float] = {}  # what the last update of a stream took
+_waiting: set[int] = set()  # session_uid of objects that the timer will update
+
+
+def on_change(state, context: bpy.types.Context) -> None:
+    """Update callback of the level and the number of features: clamp, then show now or from the timer."""
+    obj = state.id_data
+    if not state.is_preview or obj.mode != "OBJECT" or levels.foreign(obj):
+        return
+    if state.features > state.arrived_features:
+        state.features = state.arrived_features  # calls this function again
+        return
+    if int(state.level) > state.level_count:
+        state.level = str(state.level_count)
+        return
+    if bpy.app.background or _seconds.get(state.digest, 0.0) <= FAST_SECONDS:
+        show_or_say(obj)
+        return
+    _waiting.add(obj.session_uid)
+    if not bpy.app.timers.is_registered(flush):
+        bpy.app.timers.register(flush, first_interval=TIMER_SECONDS)
+
+
+def on_path(state, context: bpy.types.Context) -> None:
+    """Update callback of the path of a linked file: look there, if the stream could not be found before."""
+    obj = state.id_data
+    if state.is_preview and state.problem and state.filepath and not levels.foreign(obj):
+        decoders.drop(state.digest)
+        show_or_say(obj)
+
+
+def flush() -> None:
+    """Show what waits for the timer."""
+    uids = set(_waiting)
+    _waiting.clear()
+    for obj in [o for o in bpy.data.objects if o.session_uid in uids] if uids else []:
+        if obj.npmesh.is_preview and obj.mode == "OBJECT":
+            show_or_say(obj)
+
+
+def is_busy() -> bool:
+    """Whether a preview has still to follow its properties."""
+    return bool(_waiting) or deviation.is_busy()
+
+
+def show_or_say(obj: bpy.types.Object) -> None:
+    """`show` where no operator could report: the panel says what is wrong."""
+    start = time.perf_counter()
+    try:
+        if levels.show(obj):
+            _seconds[obj.npmesh.digest] = time.perf_counter() - start
+        deviation.request(obj)
+    except NpmError as error:
+        obj.npmesh.problem = str(error)
+
+
+@bpy.app.handlers.persistent
+def refresh_all(*_args: object) -> None:
+    """After undo and redo: every preview shows what its properties say."""
+    playback.forget_all()
+    _waiting.clear()
+    for obj in [o for o in bpy.data.objects if o.npmesh.is_preview and not levels.foreign(o) and o.mode == "OBJECT"]:
+        if not levels.is_shown(obj):
+            show_or_say(obj)
+    deviation.follow_all()
+
+
+@bpy.app.handlers.persistent
+def after_load(*_args: object) -> None:
+    """After a .blend was opened: linked files are looked at, colours and viewports follow."""
+    linked.check_all()
+    deviation.follow_all()
+
+
+@bpy.app.handlers.persistent
+def before_save(path: str, *_args: object) -> None:
+    """What is saved is what the user set: playing ends, meshes and paths follow."""
+    playback.stop_all()
+    refresh_all()
+    linked.before_save(path)
+
+
+@bpy.app.handlers.persistent
+def forget_all(*_args: object) -> None:
+    """Drop decoders and pending updates: another file is being loaded, or the extension is being disabled."""
+    _waiting.clear()
+    decoders.forget()
+    deviation.forget_all()
+    linked.forget_all()
+    playback.forget_all()
+    _seconds.clear()
+    if bpy.app.timers.is_registered(flush):
+        bpy.app.timers.unregister(flush)
