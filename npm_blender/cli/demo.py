@@ -100,11 +100,7 @@ def _render(
     path: Path, original, size: int, meshes: dict, row_at: dict, stops: list[list[tuple[int, int]]], up: str
 ) -> None:
     """The contact sheet: the source and more and more features in the first row, the levels in the second."""
-    from ..core.mesh import TriMesh
-    from ..demo.sheet import Cell, render_sheet
-
-    def upright(mesh: TriMesh) -> TriMesh:
-        return mesh if up == "z" else TriMesh(mesh.V[:, [0, 2, 1]] * (1, -1, 1), mesh.F)
+    from ..demo.sheet import Cell, render_sheet, upright
 
     def lines(stop: tuple[int, int]) -> tuple[str, ...]:
         return (
@@ -113,10 +109,10 @@ def _render(
         )
 
     by_features, by_level = stops
-    shown = {stop: upright(mesh) for stop, mesh in meshes.items()}
+    shown = {stop: upright(mesh, up) for stop, mesh in meshes.items()}
     titles = {features: f"{features:,} features" for features, _ in by_features}
     titles[0], titles[by_features[-1][0]] = "No features", f"All {by_features[-1][0]:,} features"
-    first = [Cell(upright(original), "Source", (f"{len(original.F):,} faces", f"{size:,} bytes"))]
+    first = [Cell(upright(original, up), "Source", (f"{len(original.F):,} faces", f"{size:,} bytes"))]
     first += [Cell(shown[stop], titles[stop[0]], lines(stop)) for stop in by_features]
     second = [Cell(shown[stop], f"Level {stop[1]}", lines(stop), wire=stop[1] < WIRE_LEVELS) for stop in by_level]
     render_sheet([first, second], path)

@@ -34,6 +34,11 @@ class Cell:
     wire: bool = False
 
 
+def upright(mesh: TriMesh, up: str) -> TriMesh:
+    """The mesh with z up, where `up` ('y' or 'z') is its up axis."""
+    return mesh if up == "z" else TriMesh(mesh.V[:, [0, 2, 1]] * (1, -1, 1), mesh.F)
+
+
 def render_sheet(rows: Sequence[Sequence[Cell]], path: Path) -> None:
     """Render the rows of cells to the PNG `path` (atomically). Replaces the open Blender scene.
 

@@ -1,0 +1,120 @@
+"""Pictures at equal bytes, rendered by Blender: the input, ours, QSlim + Draco and Progressive Meshes side by side.
+
+    python -m benchmarks.pictures [CORPUS] [--meshes squirrel:y,gear] [--bytes 4000] [--out docs/images]
+
+One picture a mesh, compare_NAME.png. Without a corpus the meshes are those that Blender makes. Without --meshes they
+are three of the set, spread over its sizes; NAME:y is a mesh whose up axis is y.
+"""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+
+from npm_blender.core.errors import NpmError, SettingsError
+from npm_blender.core.settings import CompressSettings
+
+from . import methods, options
+from .corpus import Entry
+from .methods.case import Case, Coded
+
+METHODS = ("ours", "qslim_draco", "progressive_meshes")
+SHOWN = 3  # meshes
+BUDGET = 4_000  # bytes
+LARGEST = 300_000  # bytes of a picture
+COLOURS = (256, 128, 64, 32)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A mesh to show. up: its up axis, y or z."""
+
+    entry: Entry
+    up: str
+
+
+def chosen(entries: list[Entry], names: str | None) -> list[Subject]:
+    """The meshes named `a,b:y`, or three spread over the sizes. Raises SettingsError for a name that is not there."""
+    if not names:
+        last = len(entries) - 1
+        spread = dict.fromkeys(round(last * (i + 1) / SHOWN) for i in range(SHOWN))
+        return [Subject(entries[i], "z") for i in spread]
+    known = {entry.name: entry for entry in entries}
+    subjects = []
+    for item in names.split(","):
+        name, _, up = item.partition(":")
+        if name not in known or up not in ("", "y", "z"):
+            raise SettingsError(f"Expected a mesh of the set, as NAME, NAME:y or NAME:z, found {item}; see its manifest.csv")
+        subjects.append(Subject(known[name], up or "z"))
+    return subjects
+
+
+def results(case: Case, budget: int, modules: Sequence[ModuleType]) -> list[tuple[str, Coded | None]]:
+    """Name of each method, and what it makes of the mesh within so many bytes."""
+    return [(module.NAME, module.at_bytes(case, (budget,))[0]) for module in modules]
+
+
+def picture(case: Case, found: list[tuple[str, Coded | None]], up: str, path: Path) -> None:
+    """Render the input and what the methods made into the PNG `path`; a method without a result leaves no cell."""
+    from npm_blender.demo.sheet import Cell, render_sheet, upright
+
+    row = [Cell(upright(case.mesh, up), "Input", (f"{len(case.mesh.F):,} faces",))]
+    for name, coded in found:
+        if coded is None:
+            continue
+        d_pm = case.original.evaluate(coded.mesh).d_pm
+        lines = (f"{coded.bytes:,} bytes · {len(coded.mesh.F):,} faces", f"d_pm {d_pm:.2f} × 10⁻⁴")
+        row.append(Cell(upright(coded.mesh, up), name[:1].upper() + name[1:], lines))
+    temporary = path.with_name(f".{path.name}")
+    render_sheet([row], temporary)
+    shrink(temporary)
+    os.replace(temporary, path)
+
+
+def shrink(path: Path) -> None:
+    """Fewer colours, as few as it takes for the PNG to be smaller than LARGEST."""
+    from PIL import Image
+
+    with Image.open(path) as whole:
+        rgb = whole.convert("RGB")
+    for colours in COLOURS:
+        rgb.quantize(colours, kmeans=3).save(path, optimize=True)
+        if path.stat().st_size < LARGEST:
+            return
+
+
+def main() -> None:
+    """Read the options, code the meshes, render."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("corpus", type=Path, nargs="?", help="folder with manifest.csv; without one Blender makes meshes")
+    parser.add_argument("--split", default="test")
+    parser.add_argument("--meshes", help="names, comma-separated")
+    parser.add_argument("--bytes", type=int, default=BUDGET)
+    parser.add_argument("--refine-steps", type=int, help="of our codec")
+    parser.add_argument("--out", type=Path, default=Path("docs/images"))
+    parser.set_defaults(quick=False, limit=None)  # of `options.meshes`: all of the set
+    o = parser.parse_args()
+    import torch
+
+    torch.set_num_threads(1)
+    try:
+        o.out.mkdir(parents=True, exist_ok=True)
+        subjects = chosen(options.meshes(o), o.meshes)
+        modules = [methods.load(name) for name in METHODS]
+        for subject in subjects:
+            case = Case.of(subject.entry.name, subject.entry.read(), settings=CompressSettings(refine_steps=o.refine_steps))
+            found = results(case, o.bytes, modules)
+            for name in (name for name, coded in found if coded is None):
+                print(f"{case.name}: {name} has nothing of {o.bytes:,} bytes", file=sys.stderr)
+            path = o.out / f"compare_{case.name}.png"
+            picture(case, found, subject.up, path)
+            print(f"wrote {path}, {path.stat().st_size:,} bytes")
+    except NpmError as error:
+        parser.error(str(error))
+
+
+if __name__ == "__main__":
+    main()
