@@ -158,7 +158,7 @@ class Refiner:
             if step % REQUERY == 0 or depth != depths[step - 1]:
                 nearest = self._nearest(V, depth)
             if step == 0:
-                self.unit = min(max(float((nearest[3] * nearest[2]).sum()), UNITS[0]), UNITS[1])
+                self.unit = min(max(float(self.B.numpy((nearest[3] * nearest[2]).sum())), UNITS[0]), UNITS[1])
             gradients = torch.autograd.grad(self._loss(V, nearest, depth), leaves, allow_unused=True)
             for leaf, gradient, mask in zip(leaves, gradients, masks or [1] * len(leaves), strict=True):
                 leaf.grad = None if gradient is None else torch.nan_to_num(gradient) * mask
@@ -298,4 +298,4 @@ class Refiner:
             _, area = face_normals(self.B, V, self.meshes[self.depth])
             corners = distance[: len(V)][self.meshes[self.depth].F].reshape(-1, 3).mean(1)
             shown = ((corners + distance[len(V) :]) / 2 * area[:, 0]).sum() / area.sum()
-            return float((distance * share).sum()), float(shown), exact
+            return *map(float, self.B.numpy(self.torch.stack([(distance * share).sum(), shown]))), exact

@@ -4,12 +4,14 @@ from functools import cache
 import numpy as np
 import pytest
 
+from npm_blender.core import torch_backend
 from npm_blender.core.codec import compress, open_stream
+from npm_blender.core.errors import SettingsError
 from npm_blender.core.lod import build_lod
 from npm_blender.core.mesh import Frame, TriMesh
 from npm_blender.core.metrics import evaluate
 from npm_blender.core.refine import Refiner, Target, _added
-from npm_blender.core.settings import CompressSettings, LodSettings
+from npm_blender.core.settings import CompressSettings, ComputeSettings, LodSettings
 from npm_blender.core.subdivide import hierarchy
 from npm_blender.core.surface import Surface
 from npm_blender.core.weights import load
@@ -23,6 +25,14 @@ LOD = LodSettings(base_faces=100)
 def errors(name, steps):
     opened = open_stream(compress(SHAPES[name], CompressSettings(lod=LOD, refine_steps=steps)).data)
     return np.array([evaluate(opened.decode(k), SHAPES[name], 20_000).d_pm for k in (0, 40, 400, opened.features)])
+
+
+def in_unit_frame(name):
+    """A shape in the unit frame, its LoD sequence of two levels above 100 faces, and their connectivity."""
+    mesh = SHAPES[name]
+    unit = TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F)
+    lod = build_lod(unit, LodSettings(base_faces=100, levels=2))
+    return unit, lod, hierarchy(lod.F0, len(lod.V0), 2)
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -42,10 +52,7 @@ def test_refinement_is_deterministic():
 
 def test_features_that_do_harm_are_left_out_and_the_others_stay():
     """One feature that helps and one that spoils another corner of the mesh: pruning keeps the first."""
-    mesh = SHAPES["closed"]
-    unit = TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F)
-    lod = build_lod(unit, LodSettings(base_faces=100, levels=2))
-    levels = hierarchy(lod.F0, len(lod.V0), 2)
+    unit, lod, levels = in_unit_frame("closed")
     refiner = Refiner(load().params, Target(unit, Surface(unit), lod, levels), 1)
     base, steps = refiner.B.array(lod.V0), np.array([0.25, 0.25], np.float32)
     none = [refiner.torch.zeros(len(level.F), 8) for level in levels[:-1]]
@@ -61,3 +68,54 @@ def test_features_that_do_harm_are_left_out_and_the_others_stay():
     both[0][[good, bad]] = 2.0
     kept = refiner._pruned(base, none, both, steps)
     assert kept[0][good].all() and not kept[0][bad].any() and not kept[1].any()
+
+
+class NoSurface:
+    """Answers at once what a Surface would search for."""
+
+    def closest(self, P):
+        return np.zeros(len(P)), np.zeros((len(P), 3)), np.zeros(len(P), np.int32)
+
+
+def test_everything_stays_on_the_chosen_device(monkeypatch):
+    """torch's device "meta" has shapes and no numbers: an operation with a tensor of the processor fails on it."""
+    monkeypatch.setattr(torch_backend, "torch_device", lambda wanted: {"gpu": "meta", "cpu": "cpu"}[wanted])
+    fetched = []
+
+    def numpy(self, x):
+        assert x.device.type == "meta"
+        fetched.append(x.shape)
+        if x.dtype.is_floating_point:
+            return np.random.default_rng(0).random(x.shape, np.float32)
+        return np.zeros(x.shape, np.int32)
+
+    monkeypatch.setattr(torch_backend.TorchBackend, "numpy", numpy)
+    unit, lod, levels = in_unit_frame("closed")
+    compute = ComputeSettings(device="gpu")
+    refiner = Refiner(load().params, Target(unit, NoSurface(), lod, levels), 1, compute=compute)
+    assert refiner.base(lod.V0).shape == lod.V0.shape
+    features = [np.ones((len(level.F), 8), np.float32) for level in levels[:-1]]
+    assert [f.shape for f in refiner.level_by_level(lod.V0, features, 1.0)] == [f.shape for f in features]
+    order = np.arange(sum(map(len, features)))
+    ints = refiner.staged(lod.V0, features, order, np.array([0.25, 0.25], np.float32), 1.0)
+    assert [i.shape for i in ints] == [f.shape for f in features] and fetched
+
+
+def test_threads_and_a_gpu_that_is_missing():
+    import torch
+
+    before = torch.get_num_threads()
+    settings = CompressSettings(lod=LodSettings(base_faces=100, levels=1), refine_steps=1)
+    try:
+        report = compress(SHAPES["open"], settings, compute=ComputeSettings(threads=3, device="gpu")).report
+        assert torch.get_num_threads() == 3
+    finally:
+        torch.set_num_threads(before)
+    note = "refined on the processor, as torch finds no GPU"
+    assert (note in report.messages) == (torch_backend.torch_device("gpu") == "cpu")
+
+
+@pytest.mark.parametrize("wrong", [{"threads": -1}, {"threads": True}, {"device": "cuda"}])
+def test_compute_settings_are_checked(wrong):
+    with pytest.raises(SettingsError, match="Expected"):
+        ComputeSettings(**wrong)
