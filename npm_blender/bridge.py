@@ -13,26 +13,68 @@ if TYPE_CHECKING:
     from .core.mesh import TriMesh
 
 
+SURFACES = frozenset(("MESH", "CURVE", "SURFACE", "FONT", "META"))  # types of objects that can have faces
+
+
 def mesh_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> "TriMesh":
-    """The evaluated mesh of `obj` (modifiers applied), triangulated as Blender draws it.
+    """The evaluated mesh of `obj` (modifiers and shape keys applied, curves, text and metaballs as they are drawn),
+    triangulated as Blender draws it.
 
-    Returns a TriMesh in object space, in Blender units. Raises MeshError if it has no faces or is not finite.
+    Returns a TriMesh in object space, in Blender units. Raises MeshError if it has no faces, is not finite, is not
+    evaluated because it is disabled, or does not fit into memory.
     """
-    import numpy as np
-
+    from .core.errors import MeshError
     from .core.mesh import TriMesh
 
     evaluated = obj.evaluated_get(depsgraph)
-    mesh = evaluated.to_mesh()
+    if not evaluated.is_evaluated:
+        raise MeshError(f"Expected '{obj.name}' with its modifiers evaluated, found it disabled in viewports or its "
+                        "collection excluded; enable it first")
     try:
-        V = np.zeros((len(mesh.vertices), 3), dtype=np.float32)
-        mesh.vertices.foreach_get("co", V.reshape(-1))
-        mesh.calc_loop_triangles()
-        F = np.zeros((len(mesh.loop_triangles), 3), dtype=np.int32)
-        mesh.loop_triangles.foreach_get("vertices", F.reshape(-1))
-    finally:
-        evaluated.to_mesh_clear()
-    return TriMesh.from_arrays(V, F)
+        mesh = evaluated.to_mesh()
+        try:
+            return TriMesh.from_arrays(*_triangles(mesh))
+        finally:
+            evaluated.to_mesh_clear()
+    except MemoryError:
+        raise MeshError("Expected a mesh that fits into memory, found too little free; "
+                        "close other programs, or decimate the mesh first") from None
+
+
+def _triangles(mesh: bpy.types.Mesh) -> "tuple[np.ndarray, np.ndarray]":
+    """V (n, 3) float32 and F (m, 3) int32. Attributes are copied whole, a property of loop triangles one by one."""
+    import numpy as np
+
+    V = np.zeros((len(mesh.vertices), 3), dtype=np.float32)
+    if "position" in mesh.attributes:
+        mesh.attributes["position"].data.foreach_get("vector", V.reshape(-1))
+    if len(mesh.loops) == 3 * len(mesh.polygons) and ".corner_vert" in mesh.attributes:
+        F = np.zeros((len(mesh.polygons), 3), dtype=np.int32)
+        mesh.attributes[".corner_vert"].data.foreach_get("value", F.reshape(-1))
+        return V, F
+    mesh.calc_loop_triangles()
+    F = np.zeros((len(mesh.loop_triangles), 3), dtype=np.int32)
+    mesh.loop_triangles.foreach_get("vertices", F.reshape(-1))
+    return V, F
+
+
+def triangle_count(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None) -> int:
+    """How many triangles the evaluated mesh has, without evaluating anything; 0 where that is not known."""
+    data = (obj.evaluated_get(depsgraph) if depsgraph is not None else obj).data
+    return len(data.loops) - 2 * len(data.polygons) if isinstance(data, bpy.types.Mesh) else 0
+
+
+def not_kept(obj: bpy.types.Object) -> str:
+    """What `obj` has that its compressed mesh will not have, as a phrase; empty if there is nothing."""
+    data = obj.data
+    found = [(len(getattr(data, "uv_layers", ())), "UV map", "UV maps"),
+             (len(getattr(data, "color_attributes", ())), "colour attribute", "colour attributes"),
+             (len(obj.vertex_groups), "vertex group", "vertex groups"),
+             (len(keys.key_blocks) if (keys := getattr(data, "shape_keys", None)) else 0, "shape key", "shape keys"),
+             (max(len(obj.material_slots) - 1, 0), "further material", "further materials"),
+             (int(getattr(data, "has_custom_normals", False)), "custom normals", "")]
+    return ", ".join(f"{number} {many if number > 1 else one}" if many else one
+                     for number, one, many in found if number)
 
 
 def build(mesh: bpy.types.Mesh, V: "np.ndarray", F: "np.ndarray") -> None:

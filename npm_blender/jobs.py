@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 from .core import errors
 from .core.progress import Progress, no_progress
 from .core.settings import CompressSettings
+from .estimate import remaining
 
 if TYPE_CHECKING:
     from .core.mesh import TriMesh
@@ -53,17 +54,22 @@ class WorkerCrash(RuntimeError):
 
 @dataclass(frozen=True)
 class Compressed:
-    """stream: the compressed mesh, read again; report: the fields of the core's CompressReport."""
+    """stream: the compressed mesh, read again; report: the fields of the core's CompressReport; seconds: all of it."""
 
     stream: "Received"
     report: dict
+    seconds: float
 
 
 class Job:
     """Work in a worker process; subclasses say which.
 
-    fraction (0..1) and message tell how far it is, as of the last `poll`.
+    fraction (0..1) and message tell how far it is, as of the last `poll`; doing and estimate, in seconds, are for
+    whoever started it to set, and for whoever shows it.
     """
+
+    doing = ""
+    estimate: float | None = None
 
     def __init__(self, write: Callable[[Path], None], scratch: str | None, cache: str | None) -> None:
         """Start the worker. write: puts what it works on into the job's folder, which is made in `scratch`; cache:
@@ -73,19 +79,23 @@ class Job:
         """
         self.fraction, self.message = 0.0, "Starting"
         self._last: dict = {}
+        self._cache, self._created = cache, time.perf_counter()
         self._folder = Path(tempfile.mkdtemp(prefix="npmesh_", dir=scratch))
         try:
             write(self._folder)
-            with open(self._folder / "out", "wb") as out, open(self._folder / "err", "wb") as err:
-                self._process = subprocess.Popen(
-                    _command(self._folder), cwd=self._folder, env=_environment(self._folder, cache),
-                    stdin=subprocess.PIPE, stdout=out, stderr=err, **_own_group())
+            self._start()
         except BaseException:
             shutil.rmtree(self._folder, ignore_errors=True)
             raise
+        _running.append(self)
+
+    def _start(self) -> None:
+        with open(self._folder / "out", "wb") as out, open(self._folder / "err", "wb") as err:
+            self._process = subprocess.Popen(
+                _command(self._folder), cwd=self._folder, env=_environment(self._folder, self._cache),
+                stdin=subprocess.PIPE, stdout=out, stderr=err, **_own_group())
         self._output = open(self._folder / "out", encoding="utf-8")
         self._line = ""
-        _running.append(self)
 
     def poll(self) -> bool:
         """Read what the worker said since the last call; True once it has ended (then call `result`)."""
@@ -93,10 +103,20 @@ class Job:
         self._line += self._output.read()
         *lines, self._line = self._line.split("\n")
         for line in lines:
-            said = self._last = json.loads(line)
-            if "fraction" in said:
-                self.fraction, self.message = max(self.fraction, said["fraction"]), said["message"]
+            self._heard(json.loads(line))
         return ended
+
+    def seconds_left(self) -> float | None:
+        """The time that is left, if there was an estimate."""
+        if self.estimate is None:
+            return None
+        return remaining(self.estimate, self.fraction, time.perf_counter() - self._created)
+
+    def _heard(self, said: dict) -> None:
+        """Take one line of the worker."""
+        self._last = said
+        if "fraction" in said:
+            self.fraction, self.message = max(self.fraction, said["fraction"]), said["message"]
 
     def result(self):
         """What the job made, after `poll` said that it has ended; removes the job's folder.
@@ -108,11 +128,14 @@ class Job:
                 return self._collect(self._last["report"])
             if "error" in self._last:
                 raise _error(self._last)
-            trace = (self._folder / "err").read_text(encoding="utf-8", errors="replace").strip()
-            raise WorkerCrash(f"The worker process ended early (code {self._process.returncode}) in the step "
-                              f"'{self.message}'\n{trace}".rstrip())
+            raise self._crash()
         finally:
             self._close()
+
+    def _crash(self) -> WorkerCrash:
+        trace = (self._folder / "err").read_text(encoding="utf-8", errors="replace").strip()
+        return WorkerCrash(f"The worker process ended early (code {self._process.returncode}) in the step "
+                           f"'{self.message}'\n{trace}".rstrip())
 
     def _collect(self, report):
         """The result, from the worker's report and the files in the job's folder."""
@@ -120,12 +143,6 @@ class Job:
 
     def cancel(self) -> None:
         """End the worker at once, with every process that it started, and remove its folder."""
-        if self._process.poll() is None:
-            if os.name == "posix":
-                os.killpg(self._process.pid, signal.SIGKILL)
-            else:
-                self._process.kill()
-            self._process.wait()
         self._close()
 
     def wait(self, progress: Progress = no_progress):
@@ -144,26 +161,103 @@ class Job:
 
         return load_received(self._folder, k)
 
-    def _close(self) -> None:
+    def _end(self) -> None:
+        if self._process.poll() is None:
+            if os.name == "posix":
+                os.killpg(self._process.pid, signal.SIGKILL)
+            else:
+                self._process.kill()
+            self._process.wait()
         self._output.close()
         self._process.stdin.close()
+
+    def _close(self) -> None:
+        self._end()
         shutil.rmtree(self._folder, ignore_errors=True)
         if self in _running:
             _running.remove(self)
 
 
 class CompressJob(Job):
-    """Compress a mesh; the result is a Compressed."""
+    """Compress meshes one after the other, in one process; one that fails does not stop the others.
 
-    def __init__(self, mesh: "TriMesh", settings: CompressSettings, scratch: str | None = None,
-                 cache: str | None = None) -> None:
-        """Start; see Job."""
+    `add` or `refuse` each of them, in order. The result is a list with, for each mesh, a Compressed, or the NpmError or
+    WorkerCrash that says why there is none.
+    """
+
+    def __init__(self, seconds: Sequence[float], scratch: str | None = None, cache: str | None = None) -> None:
+        """Start; see Job. seconds: what each of the meshes will take, estimated, which makes their shares of `fraction`."""
+        super().__init__(lambda folder: None, scratch, cache)
+        self._shares = [max(s, 1e-3) / sum(max(s, 1e-3) for s in seconds) for s in seconds]
+        self._outcomes: list[Compressed | Exception | int | None] = [None] * len(self._shares)
+        self._added = 0
+        self._began = time.perf_counter()
+
+    @property
+    def position(self) -> int:
+        """Index of the mesh that is being compressed; the number of meshes at the end."""
+        return next((k for k, outcome in enumerate(self._outcomes) if outcome is None), len(self._outcomes))
+
+    def add(self, mesh: "TriMesh", settings: CompressSettings) -> None:
+        """The next mesh."""
         from .worker import write_mesh
 
-        super().__init__(lambda folder: write_mesh(folder, mesh, settings), scratch, cache)
+        write_mesh(self._folder, self._added, mesh, settings)
+        self._added += 1
+        self._tell(self._added - 1)
 
-    def _collect(self, report: dict) -> Compressed:
-        return Compressed(self._received(0), report)
+    def refuse(self, error: errors.NpmError) -> None:
+        """The next mesh cannot be compressed."""
+        self._outcomes[self._added] = error
+        self._added += 1
+
+    def repeat(self, k: int) -> None:
+        """The next mesh is the k-th once more."""
+        self._outcomes[self._added] = k
+        self._added += 1
+
+    def poll(self) -> bool:
+        """As Job; a worker that crashed is started again for the meshes that are left."""
+        ended = super().poll()
+        k = self.position
+        if k == len(self._outcomes):
+            return True
+        if ended and k < self._added:
+            self._outcomes[k] = self._crash()
+            self._end()
+            if self.position == len(self._outcomes):
+                return True
+            self._start()
+            for waiting in range(k + 1, self._added):
+                if self._outcomes[waiting] is None:
+                    self._tell(waiting)
+        return False
+
+    def result(self) -> list[Compressed | Exception]:
+        """One outcome for each mesh, after `poll` said that the job has ended; removes the job's folder."""
+        self._close()
+        return [self._outcomes[o] if isinstance(o, int) else o for o in self._outcomes]
+
+    def _tell(self, k: int) -> None:
+        try:
+            self._process.stdin.write(f"{k}\n".encode())
+            self._process.stdin.flush()
+        except OSError:
+            pass  # the worker has ended; `poll` starts another one
+
+    def _heard(self, said: dict) -> None:
+        k = self.position
+        if "fraction" in said:
+            self.message = said["message"]
+            done = sum(self._shares[:k]) + self._shares[k] * said["fraction"]
+            self.fraction = max(self.fraction, min(done, 1.0))
+            return
+        if "error" in said:
+            self._outcomes[k] = _error(said)
+        else:
+            now = time.perf_counter()
+            self._outcomes[k] = Compressed(self._received(k), said["report"], now - self._began)
+        self._began = time.perf_counter()
 
 
 class ReadJob(Job):

@@ -1,21 +1,27 @@
 """The worker process, so that Blender's window stays alive: `python -m npm_blender.worker FOLDER`; see jobs.py.
 
-In, in FOLDER: either mesh.npz with V (n, 3) and F (m, 3) and settings.json with the fields of CompressSettings, or
-paths.json with the names of .npmesh files. Out, in FOLDER: 0.npmesh and 0.npz, 1.npmesh ..., streams and what was read
-from them; and on standard output one JSON object a line: {"fraction", "message"} while it runs, then {"report"} or
-{"error", "message"}. Ends when its standard input closes, that is, with the program that started it. Never loads bpy.
+In, either paths.json in FOLDER, with the names of .npmesh files to read; or, on standard input, one number k a line for
+each mesh to compress, with mesh<k>.npz, that is, V (n, 3) and F (m, 3), and mesh<k>.json, the fields of
+CompressSettings, in FOLDER. Out, in FOLDER: 0.npmesh, 0.npz and 0.measured, 1.npmesh ..., streams, what was read from
+them and how far they are from the mesh; and on standard output one JSON object a line: {"fraction", "message"} while it
+runs, then {"report"} or {"error", "message"}, for each mesh or for all files together. Ends when its standard input
+closes, that is, with the program that started it. Never loads bpy.
 """
 import dataclasses
 import json
 import os
+import queue
 import shutil
 import sys
 import threading
 import time
+from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .core.errors import MeshError, NpmError, StreamError
+from .core.progress import part
 from .core.settings import CompressSettings, LodSettings
 from .dependencies import named_dependencies
 
@@ -23,17 +29,17 @@ if TYPE_CHECKING:
     from .core.mesh import TriMesh
     from .core.received import Received
 
-MESH, SETTINGS, PATHS = "mesh.npz", "settings.json", "paths.json"
+PATHS = "paths.json"
 SECONDS_BETWEEN_REPORTS = 0.05
+MEASURING = 0.1  # share of the progress bar for measuring the errors of what was compressed
 
 
-def write_mesh(folder: Path, mesh: "TriMesh", settings: CompressSettings) -> None:
-    """Put what is to be compressed into `folder`."""
+def write_mesh(folder: Path, k: int, mesh: "TriMesh", settings: CompressSettings) -> None:
+    """Put the k-th mesh that is to be compressed into `folder`."""
     import numpy as np
 
-    with open(folder / MESH, "wb") as file:
-        np.savez(file, V=mesh.V, F=mesh.F)
-    (folder / SETTINGS).write_text(json.dumps(dataclasses.asdict(settings)), encoding="utf-8")
+    np.savez(folder / f"mesh{k}.npz", V=mesh.V, F=mesh.F)
+    (folder / f"mesh{k}.json").write_text(json.dumps(dataclasses.asdict(settings)), encoding="utf-8")
 
 
 def write_paths(folder: Path, paths: list[Path]) -> None:
@@ -45,15 +51,25 @@ def load_received(folder: Path, k: int) -> "Received":
     """The k-th stream that the worker left in `folder`."""
     from .core.received import Received
 
-    return Received((folder / f"{k}.npmesh").read_bytes(), (folder / f"{k}.npz").read_bytes())
+    return Received((folder / f"{k}.npmesh").read_bytes(), (folder / f"{k}.npz").read_bytes(),
+                    (folder / f"{k}.measured").read_text(encoding="utf-8"))
 
 
-def run(folder: Path) -> int:
+def run(folder: Path, tasks: "queue.SimpleQueue[int]") -> int:
     """Do the job in `folder`; 0 if done, 1 if the input is at fault. Our bugs keep their traceback."""
     _say(fraction=0.0, message=_unless_first("Starting"))
+    if (folder / PATHS).exists():
+        return _answer(lambda: _read(folder))
+    while True:  # the parent ends this process
+        k = tasks.get()
+        _answer(lambda: _compress(folder, k))  # noqa: B023 - called at once
+
+
+def _answer(work: Callable[[], object]) -> int:
+    """Say the report of `work`, or the error that it raises."""
     try:
         with named_dependencies():
-            report = _read(folder) if (folder / PATHS).exists() else _compress(folder)
+            report = work()
     except NpmError as error:
         _say(**_described(error))
         return 1
@@ -61,24 +77,40 @@ def run(folder: Path) -> int:
     return 0
 
 
-def _compress(folder: Path) -> dict:
+def _compress(folder: Path, k: int) -> dict:
     import numpy as np
 
+    from .core import collapses
     from .core.codec import compress
+    from .core.jit import is_cold
     from .core.mesh import TriMesh
+    from .core.quality import measure
     from .core.received import receive
 
     try:
-        with np.load(folder / MESH, allow_pickle=False) as arrays:
+        with np.load(folder / f"mesh{k}.npz", allow_pickle=False) as arrays:
             mesh = TriMesh.from_arrays(arrays["V"], arrays["F"])
-        fields = json.loads((folder / SETTINGS).read_text(encoding="utf-8"))
-        settings = CompressSettings(**{**fields, "lod": LodSettings(**fields["lod"])})
-        compressed = compress(mesh, settings, _Reporter())
+        (folder / f"mesh{k}.npz").unlink()
+        fields = json.loads((folder / f"mesh{k}.json").read_text(encoding="utf-8"))
+        settings, notes = _possible(CompressSettings(**{**fields, "lod": LodSettings(**fields["lod"])}))
+        compiled = is_cold(collapses.run)
+        reporter = _Reporter()
+        compressed = compress(mesh, settings, part(reporter, 0.0, 1 - MEASURING))
+        received = receive(compressed.data)
+        measured = measure(received.open(), mesh, part(reporter, 1 - MEASURING, 1.0))
     except MemoryError:
         raise MeshError("Expected a mesh that fits into memory, found too little free; "
                         "close other programs, or decimate the mesh first") from None
-    _store(folder, 0, receive(compressed.data))
-    return dataclasses.asdict(compressed.report)
+    _store(folder, k, dataclasses.replace(received, measured=measured.to_text()))
+    report = dataclasses.asdict(compressed.report)
+    return {**report, "messages": [*report["messages"], *notes], "compiled": compiled}
+
+
+def _possible(settings: CompressSettings) -> tuple[CompressSettings, list[str]]:
+    """The settings without refinement where torch is missing, and what to say of that."""
+    if not settings.refine_steps or find_spec("torch"):
+        return settings, []
+    return dataclasses.replace(settings, refine_steps=0), ["not refined, as PyTorch was not found"]
 
 
 def _read(folder: Path) -> list[dict]:
@@ -105,6 +137,7 @@ def _read(folder: Path) -> list[dict]:
 def _store(folder: Path, k: int, received: "Received") -> None:
     (folder / f"{k}.npmesh").write_bytes(received.data)
     (folder / f"{k}.npz").write_bytes(received.arrays)
+    (folder / f"{k}.measured").write_text(received.measured, encoding="utf-8")
 
 
 def _described(error: NpmError) -> dict:
@@ -137,19 +170,24 @@ def _say(**fields: object) -> None:
     sys.stdout.flush()
 
 
-def _end_with_parent(folder: Path) -> None:
-    """Watch standard input: when the parent goes, it closes; then remove the folder and end."""
+def _tasks_until_parent_ends(folder: Path) -> "queue.SimpleQueue[int]":
+    """The numbers that arrive on standard input. When the parent goes, it closes; then remove the folder and end."""
+    tasks: queue.SimpleQueue[int] = queue.SimpleQueue()
+
     def watch() -> None:
-        while os.read(0, 1024):  # not sys.stdin: its lock would be held when Python ends with a traceback
-            pass
+        rest = b""
+        while said := os.read(0, 1024):  # not sys.stdin: its lock would be held when Python ends with a traceback
+            *lines, rest = (rest + said).split(b"\n")
+            for line in lines:
+                tasks.put(int(line))
         shutil.rmtree(folder, ignore_errors=True)
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
+    return tasks
 
 
 if __name__ == "__main__":
-    _end_with_parent(Path(sys.argv[1]))
-    status = run(Path(sys.argv[1]))
+    status = run(Path(sys.argv[1]), _tasks_until_parent_ends(Path(sys.argv[1])))
     sys.stdout.flush()
     os._exit(status)  # not sys.exit: the watching thread still blocks on standard input

@@ -8,14 +8,15 @@ from bpy_extras.io_utils import ExportHelper
 from .. import bridge, jobs, preview
 from ..core.errors import FileError, NpmError
 from ..properties import SETTING_NAMES, CompressionProperties, draw_settings
+from .batch import BatchOperator
 from .compress import store
-from .job_operator import ObjectJobOperator, one_line
+from .job_operator import one_line
 from .target import chosen_settings, fingerprint, poll_mesh
 
 SUFFIX = ".npmesh"
 
 
-class EXPORT_SCENE_OT_npmesh(CompressionProperties, ObjectJobOperator, bpy.types.Operator, ExportHelper):
+class EXPORT_SCENE_OT_npmesh(CompressionProperties, BatchOperator, bpy.types.Operator, ExportHelper):
     """Write the active mesh object as a progressive mesh; any beginning of the file already shows the whole shape"""
 
     bl_idname = "export_scene.npmesh"
@@ -65,17 +66,16 @@ class EXPORT_SCENE_OT_npmesh(CompressionProperties, ObjectJobOperator, bpy.types
                 raise FileError(f"Expected a preview for Only Shown Features, found '{obj.name}'; select its preview")
             settings = chosen_settings(self, obj)
             mesh = bridge.mesh_of(obj, context.evaluated_depsgraph_get())
-            self._fingerprint = fingerprint(mesh, settings)
-            if obj.npmesh.fingerprint == self._fingerprint and isinstance(obj.get(preview.STREAM), bytes):
+            if obj.npmesh.fingerprint == fingerprint(mesh, settings) and isinstance(obj.get(preview.STREAM), bytes):
                 self._write(obj[preview.STREAM])
                 return {"FINISHED"}
-            return self.compress(context, obj, mesh, settings)
+            return self.compress(context, [obj], settings, mesh)
         except (NpmError, OSError) as error:
             self.report({"ERROR"}, one_line(error))
             return {"CANCELLED"}
 
-    def store_and_show(self, context, obj, result):
-        store(obj, result, self._fingerprint)
+    def store_and_show(self, context, obj, result, made_from):
+        store(obj, result, made_from)
         self._write(result.stream.data)
 
     def _check_path(self) -> None:

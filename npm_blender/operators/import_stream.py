@@ -43,13 +43,15 @@ class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
         names = [f.name for f in self.files if f.name]
         self._paths = [Path(self.directory, name) for name in names] if names else [Path(self.filepath)]
         if self.blocks():
-            return self.finish(context, [_received(path) for path in self._paths])
-        doing = f"Opening '{self._paths[0].name}'" if len(self._paths) == 1 else f"Opening {len(self._paths)} files"
+            return self.run_steps(context, self.finish(context, [_received(path) for path in self._paths]))
         try:
-            return self.run_job(context, jobs.ReadJob(self._paths, bpy.app.tempdir, cache_folder()), doing)
+            return self.run_job(context, jobs.ReadJob(self._paths, bpy.app.tempdir, cache_folder()))
         except (NpmError, OSError) as error:
             self.report({"ERROR"}, one_line(error))
             return {"CANCELLED"}
+
+    def doing(self):
+        return f"Opening '{self._paths[0].name}'" if len(self._paths) == 1 else f"Opening {len(self._paths)} files"
 
     def finish(self, context, result):
         opened = []
@@ -57,16 +59,17 @@ class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
             try:
                 if isinstance(received, NpmError):
                     raise received
-                opened.append(preview.make(context, received, path.stem, None))
+                obj = preview.make(context, received, path.stem, None)
+                opened.append(obj.session_uid)
+                state = obj.npmesh
+                if state.arrived_features < state.total_features:
+                    self.report({"WARNING"}, f"'{path.name}' ends early: opened with {state.arrived_features:,} of "
+                                             f"{state.total_features:,} features")
             except NpmError as error:
                 self.report({"ERROR"}, f"'{path.name}': {one_line(error)}")
-                continue
-            state = opened[-1].npmesh
-            if state.arrived_features < state.total_features:
-                self.report({"WARNING"}, f"'{path.name}' ends early: opened with {state.arrived_features:,} of "
-                                         f"{state.total_features:,} features")
+            yield
         if context.mode == "OBJECT":
-            for obj in opened:
+            for obj in [o for o in context.view_layer.objects if o.session_uid in opened]:
                 obj.select_set(True)
         return {"FINISHED"} if opened else {"CANCELLED"}
 

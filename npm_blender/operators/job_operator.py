@@ -1,18 +1,13 @@
 """What Compress, Export and Import share: run one job, in the window without stopping it, elsewhere to the end."""
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Generator
 
 import bpy
 
-from .. import jobs
+from .. import estimate, jobs
 from ..core.errors import NpmError
-from ..core.settings import CompressSettings
-from ..dependencies import cache_folder
-
-if TYPE_CHECKING:
-    from ..core.mesh import TriMesh
 
 TIMER_SECONDS = 0.1
+Steps = Generator[None, None, set | None]
 
 
 class JobOperator:
@@ -23,12 +18,21 @@ class JobOperator:
     """
 
     _job: jobs.Job | None = None
+    _steps: Steps | None = None
     _text: str | None = None
 
-    def finish(self, context: bpy.types.Context, result) -> set | None:
-        """What to do with the job's result. Returns the operator's result, None for FINISHED.
+    def doing(self) -> str:
+        """What the job does now, for the status bar and the panel, as "Compressing 'Cube'"."""
+        raise NotImplementedError
 
-        May raise NpmError or OSError.
+    def feed(self, context: bpy.types.Context) -> bool:
+        """Give the running job a piece of its work; False once it has everything."""
+        return False
+
+    def finish(self, context: bpy.types.Context, result) -> Steps:
+        """What to do with the job's result, as a generator that yields where the window may draw.
+
+        Its return value is the operator's result, None for FINISHED. May raise NpmError or OSError.
         """
         raise NotImplementedError
 
@@ -36,33 +40,67 @@ class JobOperator:
         """Whether whoever called the operator waits for its result."""
         return bpy.app.background or not self.options.is_invoke
 
-    def run_job(self, context: bpy.types.Context, job: jobs.Job, doing: str) -> set:
-        """Let `job` end; returns the operator's result. doing: for the status bar, as "Compressing 'Cube'"."""
+    def run_job(self, context: bpy.types.Context, job: jobs.Job) -> set:
+        """Let `job` end; returns the operator's result."""
+        self._job = job
         if self.blocks():
-            return self._deliver(context, job.wait)
-        self._job, self._doing = job, doing
+            try:
+                while self.feed(context):
+                    pass
+            except BaseException:
+                job.cancel()
+                raise
+            return self.run_steps(context, self._blocking(context))
         manager = context.window_manager
         self._timer = manager.event_timer_add(TIMER_SECONDS, window=context.window)
         manager.modal_handler_add(self)
         self._show(context)
         return {"RUNNING_MODAL"}
 
+    def _blocking(self, context: bpy.types.Context) -> Steps:
+        return (yield from self.finish(context, self._job.wait()))
+
+    def run_steps(self, context: bpy.types.Context, steps: Steps) -> set:
+        """All steps at once; returns the operator's result."""
+        self._steps = steps
+        while (result := self._step(context)) is None:
+            pass
+        return result
+
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set:
         """Called by Blender for every event while the job runs."""
-        job = self._job
-        if event.type == "ESC" and event.value == "PRESS":
-            job.cancel()
-        if job not in jobs.running():  # by Esc, by the panel's button, or because the extension is being disabled
-            self._clean_up(context)
-            self.report({"INFO"}, f"{self._doing} was cancelled")
-            return {"CANCELLED"}
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        if not job.poll():
-            self._show(context)
+        try:
+            result = self._advance(context, event)
+        except BaseException:
+            self.cancel(context)
+            raise
+        if result is None:
             return {"PASS_THROUGH"}
         self._clean_up(context)
-        return self._deliver(context, job.result)
+        return result
+
+    def _advance(self, context: bpy.types.Context, event: bpy.types.Event) -> set | None:
+        """What an event brings; the operator's result at the end."""
+        job = self._job
+        if self._steps is None:
+            if event.type == "ESC" and event.value == "PRESS":
+                job.cancel()
+            if job not in jobs.running():  # by Esc, by the panel's button, or because the extension is being disabled
+                self.report({"INFO"}, f"{self.doing()} was cancelled")
+                return {"CANCELLED"}
+        if event.type != "TIMER":
+            return None
+        if self._steps is not None:
+            return self._step(context)
+        try:
+            if not self.feed(context) and job.poll():
+                self._steps = self.finish(context, job.result())
+        except (NpmError, OSError) as error:
+            job.cancel()
+            self.report({"ERROR"}, one_line(error))
+            return {"CANCELLED"}
+        self._show(context)
+        return None
 
     def cancel(self, context: bpy.types.Context) -> None:
         """Called by Blender when it ends the operator: another file is loaded, the file browser or window closes."""
@@ -70,17 +108,27 @@ class JobOperator:
             self._job.cancel()
             self._clean_up(context)
 
-    def _deliver(self, context: bpy.types.Context, result_of: Callable[[], object]) -> set:
+    def _step(self, context: bpy.types.Context) -> set | None:
+        """One step of the finish; the operator's result once it was the last."""
         try:
-            return self.finish(context, result_of()) or {"FINISHED"}
+            next(self._steps)
+            return None
+        except StopIteration as end:
+            return end.value or {"FINISHED"}
         except (NpmError, OSError) as error:
             self.report({"ERROR"}, one_line(error))
             return {"CANCELLED"}
 
     def _show(self, context: bpy.types.Context) -> None:
-        text = f"{self._doing}: {self._job.message} ({100 * self._job.fraction:.0f}%)      Esc: Cancel"
+        job = self._job
+        job.doing = self.doing()
+        text = f"{job.doing}: {job.message} ({100 * job.fraction:.0f}%)"
+        left = job.seconds_left()
+        if left is not None:
+            text += f", about {estimate.text(left)} left"
         if text != self._text:
-            self._say(context, text)
+            self._say(context, text + "      Esc: Cancel")
+            self._text = text
 
     def _clean_up(self, context: bpy.types.Context) -> None:
         context.window_manager.event_timer_remove(self._timer)
@@ -88,7 +136,6 @@ class JobOperator:
 
     def _say(self, context: bpy.types.Context, text: str | None) -> None:
         """Set the status bar and draw the sidebars again; not the viewports, which may take long."""
-        self._text = text
         if context.workspace is not None:
             context.workspace.status_text_set(text)
         for window in context.window_manager.windows:
@@ -96,29 +143,6 @@ class JobOperator:
                 for region in area.regions:
                     if area.type == "VIEW_3D" and region.type == "UI":
                         region.tag_redraw()
-
-
-class ObjectJobOperator(JobOperator):
-    """A JobOperator that compresses one object; `store_and_show` gets the object and the result."""
-
-    def store_and_show(self, context: bpy.types.Context, obj: bpy.types.Object, result: jobs.Compressed) -> None:
-        """What to do with the result for `obj`. May raise NpmError or OSError."""
-        raise NotImplementedError
-
-    def compress(self, context: bpy.types.Context, obj: bpy.types.Object, mesh: "TriMesh",
-                 settings: CompressSettings) -> set:
-        """Compress `mesh` for `obj`; returns the operator's result. Raises DependencyError or OSError."""
-        self._uid, self._name = obj.session_uid, obj.name
-        job = jobs.CompressJob(mesh, settings, scratch=bpy.app.tempdir, cache=cache_folder())
-        return self.run_job(context, job, f"Compressing '{obj.name}'")
-
-    def finish(self, context: bpy.types.Context, result: jobs.Compressed) -> set | None:
-        """Find the object again: while the job ran, anything may have happened."""
-        obj = next((o for o in bpy.data.objects if o.session_uid == self._uid), None)
-        if obj is None or obj.name not in context.view_layer.objects:
-            self.report({"WARNING"}, f"'{self._name}' was removed while it was compressed; the result is dropped")
-            return {"CANCELLED"}
-        return self.store_and_show(context, obj, result)
 
 
 def one_line(error: Exception) -> str:

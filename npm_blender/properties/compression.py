@@ -1,4 +1,7 @@
-"""The settings of compression, as objects and operators have them; the numbers and their ranges are those of the core."""
+"""The settings of compression, as objects and operators have them; the numbers and their ranges are those of the core.
+
+A preset is nothing but its numbers: it is what the numbers say, and setting it sets them.
+"""
 import bpy
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 
@@ -7,11 +10,47 @@ from ..core.settings import AUTO, CompressSettings, LodSettings
 MAX_LEVELS = 6
 _LOD, _WHOLE = LodSettings(), CompressSettings()
 _OPERATOR_FORGETS = {"SKIP_SAVE"}  # an operator takes what it is not told from the object, not from its last run
+REFINE_STEPS = 24  # the core's own choice where torch is installed; a test holds the two together
+
+_COMMON = {"auto_base": False, "base_faces": _LOD.base_faces, "levels": _LOD.levels,
+           "position_bits": _WHOLE.position_bits, "clean": _LOD.clean, "refine_steps": REFINE_STEPS}
+PRESETS = {
+    "DRAFT": ("Draft", "To see in seconds what comes out: nothing is refined", {**_COMMON, "refine_steps": 0}),
+    "STANDARD": ("Standard", "Small files with good detail", _COMMON),
+    "BEST": ("Best", "A finer base, and more effort to fit the file to the mesh; takes minutes",
+             {**_COMMON, "base_faces": 1000, "position_bits": 13, "refine_steps": 48}),
+}
+CUSTOM = "CUSTOM"
+_PRESET_ITEMS = (*((name, label, text) for name, (label, text, _) in PRESETS.items()),
+                 (CUSTOM, "Custom", "Numbers of your own: change any of them"))
+
+
+def preset_of(source: "CompressionProperties") -> str:
+    """The preset whose numbers `source` has, or CUSTOM."""
+    for name, (_, _, numbers) in PRESETS.items():
+        if all(getattr(source, key) == value for key, value in numbers.items()):
+            return name
+    return CUSTOM
+
+
+def set_preset(source: "CompressionProperties", name: str) -> None:
+    """Give `source` the numbers of a preset; CUSTOM leaves them as they are."""
+    for key, value in PRESETS[name][2].items() if name != CUSTOM else ():
+        setattr(source, key, value)
+
+
+def _preset_names() -> list[str]:
+    return [item[0] for item in _PRESET_ITEMS]
 
 
 class CompressionProperties:
     """The settings, once for objects and operators; the numbers and their ranges are those of the core."""
 
+    preset: EnumProperty(  # the first, so that an operator's other arguments count on top of it
+        name="Preset", options=_OPERATOR_FORGETS, items=_PRESET_ITEMS,
+        get=lambda self: _preset_names().index(preset_of(self)),
+        set=lambda self, value: set_preset(self, _preset_names()[value]),
+        description="How much effort goes into the file. Sets the numbers below")
     auto_base: BoolProperty(
         name="Automatic Base", default=False, options=_OPERATOR_FORGETS,
         description="Choose the faces of the base from the shape: few for a smooth shape, up to 2,000 for one full of detail, "
@@ -34,20 +73,25 @@ class CompressionProperties:
         items=(("auto", "Automatic", "Repair what the checks find, and report it"),
                ("off", "Off", "Compress the mesh as it is, and stop if it does not qualify"),
                ("tetwild", "Remesh", "Always rebuild the surface first; slow, for badly damaged meshes")))
+    refine_steps: IntProperty(
+        name="Refinement", default=REFINE_STEPS, min=0, max=10_000, soft_max=100, options=_OPERATOR_FORGETS,
+        description="Effort to fit the file to this mesh, in gradient steps per stage. More of them show more detail with "
+                    "the same bytes and take longer; 0 is fastest. Needs PyTorch, and is left out without it")
 
 
-SETTING_NAMES = tuple(CompressionProperties.__annotations__)
+SETTING_NAMES = tuple(name for name in CompressionProperties.__annotations__ if name != "preset")
 
 
 def settings_of(source: CompressionProperties) -> CompressSettings:
     """The core's settings from the properties of an object or operator. Raises SettingsError."""
     base_faces = AUTO if source.auto_base else source.base_faces
     lod = LodSettings(base_faces=base_faces, levels=source.levels, clean=source.clean)
-    return CompressSettings(lod=lod, position_bits=source.position_bits)
+    return CompressSettings(lod=lod, position_bits=source.position_bits, refine_steps=source.refine_steps)
 
 
 def draw_settings(layout: bpy.types.UILayout, source: CompressionProperties) -> None:
-    """All settings, one below the other; what another one overrules is greyed out."""
+    """The preset and the numbers behind it, one below the other; what another one overrules is greyed out."""
+    layout.prop(source, "preset")
     for name in SETTING_NAMES:
         row = layout.row()
         row.enabled = name != "base_faces" or not source.auto_base

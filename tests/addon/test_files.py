@@ -132,7 +132,7 @@ def test_opening_in_a_window_is_left_to_the_worker(part, stream_file, monkeypatc
     monkeypatch.setattr(target, "_received", None)  # reading in this process would fail
     monkeypatch.setattr(operator, "blocks", lambda self: False)
     monkeypatch.setattr(operator, "run_job",
-                        lambda self, context, job, doing: self.finish(context, job.wait()) or {"FINISHED"})
+                        lambda self, context, job: self.run_steps(context, self.finish(context, job.wait())))
     assert bpy.ops.import_scene.npmesh(filepath=str(stream_file)) == {"FINISHED"}
     assert bpy.context.active_object.npmesh.is_preview and bpy.context.active_object.name == "shape"
 

@@ -1,0 +1,137 @@
+"""Compressing objects one after the other in one job: gather their meshes, follow the job, hand out the results."""
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import bpy
+
+from .. import bridge, estimate, jobs
+from ..core.errors import MeshError, NpmError
+from ..core.settings import CompressSettings
+from ..dependencies import cache_folder
+from .job_operator import JobOperator, Steps, one_line
+from .target import fingerprint
+
+if TYPE_CHECKING:
+    from ..core.mesh import TriMesh
+
+_rates: list[estimate.Rates] = []  # of this machine, once they are known
+
+
+@dataclass
+class Item:
+    """One object of a batch. Found again by its uid: while the job runs, anything may happen to it."""
+
+    uid: int
+    name: str
+    made_from: str = ""  # its fingerprint
+
+    def find(self) -> bpy.types.Object | None:
+        """The object, if it still exists."""
+        return next((o for o in bpy.data.objects if o.session_uid == self.uid), None)
+
+
+class BatchOperator(JobOperator):
+    """A JobOperator that compresses objects; `store_and_show` gets each object and its result."""
+
+    def store_and_show(self, context: bpy.types.Context, obj: bpy.types.Object, result: jobs.Compressed,
+                       made_from: str) -> None:
+        """What to do with the result for `obj`. May raise NpmError or OSError."""
+        raise NotImplementedError
+
+    def summarize(self, context: bpy.types.Context, done: list[bpy.types.Object], total: int) -> None:
+        """What to say and select at the end."""
+
+    def compress(self, context: bpy.types.Context, sources: Sequence[bpy.types.Object], settings: CompressSettings,
+                 mesh: "TriMesh | None" = None) -> set:
+        """Compress `sources`; returns the operator's result. mesh: that of the only source, if it is gathered already.
+
+        Raises DependencyError or OSError.
+        """
+        self._items = [Item(obj.session_uid, obj.name) for obj in sources]
+        self._settings, self._gathered, self._given = settings, 0, mesh
+        seconds = expected_seconds(sources, settings, context.view_layer.depsgraph)
+        job = jobs.CompressJob(seconds, bpy.app.tempdir, cache_folder())
+        job.estimate = rates().start + sum(seconds)
+        return self.run_job(context, job)
+
+    def doing(self) -> str:
+        """Which object it is, and of how many."""
+        total = len(self._items)
+        k = min(self._job.position, total - 1)
+        return f"Compressing '{self._items[k].name}'" + (f" ({k + 1} of {total})" if total > 1 else "")
+
+    def feed(self, context: bpy.types.Context) -> bool:
+        """Gather one more mesh, so that the window never waits for all of them."""
+        if self._gathered == len(self._items):
+            return False
+        job, item = self._job, self._items[self._gathered]
+        try:
+            obj = item.find()
+            if obj is None:
+                raise MeshError(f"Expected '{item.name}' in the scene, found it removed")
+            mesh, self._given = self._given, None
+            if mesh is None:
+                mesh = bridge.mesh_of(obj, context.evaluated_depsgraph_get())
+            item.made_from = fingerprint(mesh, self._settings)
+            twins = [k for k, other in enumerate(self._items[:self._gathered]) if other.made_from == item.made_from]
+            if twins:
+                job.repeat(twins[0])
+            else:
+                job.add(mesh, self._settings)
+        except NpmError as error:
+            job.refuse(error)
+        self._gathered += 1
+        return True
+
+    def finish(self, context: bpy.types.Context, outcomes: list) -> Steps:
+        """Hand out what there is, one object a step, then report those that failed, by name."""
+        done, failures = [], {}
+        learn(outcomes, self._settings)
+        for item, outcome in zip(self._items, outcomes, strict=True):
+            obj = item.find()
+            if obj is None or obj.name not in context.view_layer.objects:
+                self.report({"WARNING"}, f"'{item.name}' was removed while it was compressed; the result is dropped")
+                continue
+            if isinstance(outcome, jobs.WorkerCrash):
+                sys.stderr.write(f"{outcome}\n")
+                outcome = jobs.WorkerCrash(str(outcome).partition("\n")[0] + "; the console says more")
+            try:
+                if isinstance(outcome, Exception):
+                    raise outcome
+                self.store_and_show(context, obj, outcome, item.made_from)
+                done.append(obj)
+            except (NpmError, OSError, jobs.WorkerCrash) as error:
+                failures.setdefault(one_line(error), []).append(f"'{item.name}'")
+            yield
+        for message, names in failures.items():
+            self.report({"ERROR"}, f"{', '.join(names)}: {message}")
+        self.summarize(context, done, len(self._items))
+        return {"FINISHED"} if done else {"CANCELLED"}
+
+
+def rates() -> estimate.Rates:
+    """How fast this machine compresses."""
+    if not _rates:
+        _rates.append(estimate.load(cache_folder()))
+    return _rates[0]
+
+
+def learn(outcomes: list, settings: CompressSettings) -> None:
+    """Take the rates of the last mesh that was compressed, unless code had to be compiled for it."""
+    compressed = [o for o in outcomes if isinstance(o, jobs.Compressed)]
+    if not compressed or compressed[-1].report["compiled"]:
+        return
+    first = outcomes[0]
+    start = None
+    if isinstance(first, jobs.Compressed) and not first.report["compiled"]:
+        start = first.seconds - sum(first.report["seconds"].values())
+    _rates[:] = [estimate.learned(rates(), compressed[-1].report, settings, start)]
+    estimate.save(cache_folder(), _rates[0])
+
+
+def expected_seconds(sources: Sequence[bpy.types.Object], settings: CompressSettings,
+                     depsgraph: bpy.types.Depsgraph | None) -> list[float]:
+    """What compressing each of the objects will take on this machine, without the start of the worker."""
+    return [rates().seconds(bridge.triangle_count(obj, depsgraph), settings) for obj in sources]
