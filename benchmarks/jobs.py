@@ -28,10 +28,14 @@ def done(path: Path, retry: bool = False) -> dict[str, dict]:
 
 
 def append(path: Path, row: dict) -> None:
-    """One more line."""
+    """One more line, also after one that was cut short."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with path.open("a") as out:
-        out.write(json.dumps(row) + "\n")
+    with path.open("a+b") as out:
+        if out.tell():
+            out.seek(-1, os.SEEK_END)
+            if out.read(1) != b"\n":
+                out.write(b"\n")
+        out.write(json.dumps(row).encode() + b"\n")
 
 
 def run(function: Callable, tasks: Iterable, path: Path, processes: int = 2) -> dict[str, dict]:

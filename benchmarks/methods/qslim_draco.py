@@ -8,5 +8,4 @@ NAME = "QSlim + Draco"
 
 def at_bytes(case: Case, budgets: tuple[int, ...]) -> list[Coded | None]:
     """The best of all numbers of faces and bits."""
-    codec = search.Codec(case.qslim, len(case.mesh.F), drc.encode, drc.decode, drc.BITS + drc.FINE_BITS)
-    return search.best(case, codec, budgets)
+    return search.choose(case, drc.decode, drc.of_qslim(case, budgets))

@@ -15,7 +15,8 @@ from npm_blender.core.mesh import TriMesh
 from .case import Case, Coded
 
 FIRST, RATIO = 100, 4  # faces of the ladder: 100, 400, 1600, ...
-FULL = 0.985  # of a budget, where the adjustment of faces ends
+FULL = 0.98  # of a budget, where the adjustment of faces ends
+AIM = 0.992  # of a budget, what the adjustment aims at
 TRIES = 4
 CANDIDATES = 2
 ROUNDING = 0.25e4  # d_pm of rounding to a lattice of step 1, in 1e-4: the mean of |x| over half a step
@@ -24,7 +25,7 @@ ROUNDING = 0.25e4  # d_pm of rounding to a lattice of step 1, in 1e-4: the mean 
 @dataclass(frozen=True)
 class Codec:
     """What is searched. family: control mesh of at most so many faces; most: of the largest; encode(control, bits);
-    decode: the mesh that is compared, from the bytes; bits: those to choose from, ascending."""
+    decode: the mesh of the bytes; bits: those to choose from, ascending."""
 
     family: Callable[[int], TriMesh]
     most: int
@@ -61,8 +62,8 @@ class _Ladder:
         """(error, faces, bits) for every number of bits, least error first."""
         out = []
         for bits, size in zip(codec.bits, self.size, strict=True):
-            faces = np.exp(_line(np.log(budget), np.log(size), np.log(self.faces)))
-            faces = min(faces, codec.most)
+            log_faces = _line(np.log(budget), np.log(size), np.log(self.faces))
+            faces = np.exp(min(log_faces, np.log(codec.most)))
             error = np.exp(_line(np.log(faces), np.log(self.faces), np.log(self.error)))
             out.append((float(np.hypot(error, ROUNDING * 0.5**bits)), int(faces), bits))
         return sorted(out)
@@ -76,7 +77,16 @@ def _line(x: float, xs: np.ndarray, ys: np.ndarray) -> float:
     return float(ys[i - 1] + (x - xs[i - 1]) * (ys[i] - ys[i - 1]) / max(xs[i] - xs[i - 1], 1e-9))
 
 
-def _fitted(codec: Codec, faces: int, bits: int, budget: int) -> bytes | None:
+@dataclass(frozen=True)
+class Candidate:
+    """Bytes that fit a budget, and the setting that they were made with."""
+
+    faces: int
+    bits: int
+    data: bytes
+
+
+def fitted(codec: Codec, faces: int, bits: int, budget: int) -> Candidate | None:
     """The bytes nearest below the budget that a few adjustments of the number of faces find."""
     best, low, high = None, 0, codec.most + 1
     faces = max(faces, 4)
@@ -85,35 +95,42 @@ def _fitted(codec: Codec, faces: int, bits: int, budget: int) -> bytes | None:
         data = codec.encode(control, bits)
         if len(data) <= budget:
             low = faces
-            if best is None or len(data) > len(best):
-                best = data
+            if best is None or len(data) > len(best.data):
+                best = Candidate(faces, bits, data)
             if len(data) >= FULL * budget or faces >= codec.most:
                 break
         else:
             high = min(faces, high)
             if len(control.F) > faces + 1:  # it cannot go lower
                 break
-        guess = int(len(control.F) * 0.995 * budget / len(data))
+        guess = int(len(control.F) * AIM * budget / len(data))
         faces = guess if low < guess < high else (low + high) // 2
         if faces <= low or faces >= high:
             break
     return best
 
 
-def best(case: Case, codec: Codec, budgets: tuple[int, ...]) -> list[Coded | None]:
-    """For each budget the decoded mesh of least d_pm; None where no setting is so small."""
+def candidates(case: Case, codec: Codec, budgets: tuple[int, ...]) -> list[list[Candidate]]:
+    """For each budget what fits it, of the settings that promise least error; empty where nothing is so small."""
     ladder = _Ladder.of(case, codec, max(budgets))
+    found = [[fitted(codec, n, b, size) for _, n, b in ladder.promise(codec, size)[:CANDIDATES]] for size in budgets]
+    return [[c for c in some if c] for some in found]
+
+
+def choose(case: Case, decode: Callable[[bytes], TriMesh], found: list[list[Candidate]]) -> list[Coded | None]:
+    """For each budget the decoded candidate of least d_pm; None where there is none."""
+    made: dict[bytes, tuple[float, Coded]] = {}
+    for candidate in (c for some in found for c in some):
+        if candidate.data in made:
+            continue
+        try:
+            mesh = decode(candidate.data)
+            label = f"{candidate.faces} faces, {candidate.bits} bits"
+            made[candidate.data] = (case.d_pm(mesh), Coded(mesh, len(candidate.data), label))
+        except MeshError:  # rounding left no surface, or one that cannot be subdivided
+            continue
     out = []
-    for budget in budgets:
-        found: list[tuple[float, Coded]] = []
-        for _, faces, bits in ladder.promise(codec, budget)[:CANDIDATES]:
-            data = _fitted(codec, faces, bits, budget)
-            if data is None:
-                continue
-            mesh = codec.decode(data)
-            try:
-                found.append((case.d_pm(mesh), Coded(mesh, len(data), f"{bits} bits")))
-            except MeshError:  # rounded to nothing
-                continue
-        out.append(min(found, key=lambda pair: pair[0])[1] if found else None)
+    for some in found:
+        here = [made[c.data] for c in some if c.data in made]
+        out.append(min(here, key=lambda pair: pair[0])[1] if here else None)
     return out

@@ -1,0 +1,58 @@
+"""Our codec: one stream, made with the default settings; a budget or a number of features is a prefix of it."""
+
+from npm_blender.core.codec import compress, open_stream
+from npm_blender.core.mesh import TriMesh
+from npm_blender.core.metrics import compression_ratio
+from npm_blender.core.progressive import ProgressiveMesh
+
+from .case import FEATURE_DIM, FEATURES, Case, Coded
+
+NAME = "ours"
+
+
+def stream(case: Case) -> ProgressiveMesh:
+    """The opened stream; the seconds of its making go to case.seconds."""
+
+    def make() -> ProgressiveMesh:
+        made = compress(case.mesh, case.settings)
+        case.seconds.update(made.report.seconds)
+        return open_stream(made.data)
+
+    return case.once("ours", make)
+
+
+def at_bytes(case: Case, budgets: tuple[int, ...]) -> list[Coded | None]:
+    """The features that a prefix of so many bytes holds, finest level."""
+    opened, out = stream(case), []
+    for budget in budgets:
+        if budget < opened.base_bytes:
+            out.append(None)
+            continue
+        k = opened.features_for(min(budget, opened.total_bytes))
+        out.append(Coded(opened.decode(k), opened.bytes_for(k), f"{k} features"))
+    return out
+
+
+def at_scalars(case: Case, counts: list[int]) -> list[TriMesh | None]:
+    """8 numbers a feature, after those of the base mesh; None where the stream has not so many."""
+    opened, out = stream(case), []
+    for count in counts:
+        k = (count - 3 * opened.base_vertices) // FEATURE_DIM
+        out.append(opened.decode(k) if 0 <= k <= opened.features else None)
+    return out
+
+
+def extra(case: Case) -> list[tuple[dict, TriMesh]]:
+    """The rows of the paper's tables 2 and 3: by features, and by level with 400 and with all of them."""
+    opened, out = stream(case), []
+
+    def row(table: str, at, k: int, level: int) -> tuple[dict, TriMesh]:
+        about = {"table": table, "at": at, "features": k, "level": level, "bytes": opened.bytes_for(k)}
+        about["cr"] = compression_ratio(len(case.mesh.V), opened.base_vertices, k)
+        return about, opened.decode(k, level)
+
+    counts = {k: min(k, opened.features) for k in FEATURES} | {"all": opened.features}
+    out += [row("features", name, k, opened.levels) for name, k in counts.items()]
+    for name in (FEATURES[-1], "all"):
+        out += [row(f"levels, {name}", level, counts[name], level) for level in range(1, opened.levels)]
+    return out

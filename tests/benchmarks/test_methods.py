@@ -1,0 +1,90 @@
+"""Every method that codes gives bytes within the budget and a mesh near the input; the search finds what trying all finds."""
+
+import numpy as np
+import pytest
+
+from benchmarks.methods import METHODS, drc, load, qslim, schemes, search, subdivfit
+from benchmarks.methods.case import Case
+from npm_blender.core.surface import Surface
+from tests.shapes import bumpy, grid
+
+CODERS = ("qslim_draco", "meshopt", "draco", "loop", "butterfly", "subdivfit")
+BUDGETS = (1_000, 4_000)
+
+
+def method(name):
+    """The module of a method; skips where what it compares with is not installed (requirements/bench.txt)."""
+    for needed in {"meshopt": ("meshopt", "zstandard"), "fast_quadric": ("fast_simplification",)}.get(name, ()):
+        pytest.importorskip(needed)
+    return load(name)
+
+
+@pytest.fixture(scope="module")
+def closed():
+    return Case.of("closed", bumpy(4), 10_000)
+
+
+@pytest.fixture(scope="module")
+def sheet():
+    return Case.of("sheet", grid(40), 10_000)
+
+
+@pytest.mark.parametrize("name", CODERS)
+@pytest.mark.parametrize("shape", ["closed", "sheet"])
+def test_bytes_fit_and_more_of_them_are_better(name, shape, request):
+    case = request.getfixturevalue(shape)
+    small, large = method(name).at_bytes(case, BUDGETS)
+    assert large.bytes <= BUDGETS[1] and case.d_pm(large.mesh) < 100
+    if small:  # Draco alone cannot get there
+        assert small.bytes <= BUDGETS[0]
+        assert case.d_pm(large.mesh) < case.d_pm(small.mesh)
+
+
+@pytest.mark.parametrize("name", ["qslim", "fast_quadric"])
+def test_decimation_keeps_to_the_count_of_numbers(name, closed):
+    for count, mesh in zip((600, 1_500), method(name).at_scalars(closed, [600, 1_500]), strict=True):
+        assert 0.9 * count <= 3 * len(mesh.V) <= count
+
+
+def test_a_count_below_what_decimation_reaches_gives_none(closed):
+    assert qslim.at_scalars(closed, [6]) == [None]
+
+
+def test_the_search_is_as_good_as_trying_all(closed):
+    best = np.inf
+    for bits in range(8, 13):
+        for faces in range(200, 1_400, 40):
+            data = drc.encode(closed.qslim(faces), bits)
+            if len(data) <= 1_500:
+                best = min(best, closed.d_pm(drc.decode(data)))
+    found = search.choose(closed, drc.decode, drc.of_qslim(closed, (1_500,)))[0]
+    assert closed.d_pm(found.mesh) < 1.05 * best
+
+
+def test_a_mesh_that_fits_whole_gets_more_bits(closed):
+    found = load("qslim_draco").at_bytes(closed, (1_000_000,))[0]
+    assert len(found.mesh.F) == len(closed.mesh.F) and found.label.endswith("14 bits")
+
+
+@pytest.mark.parametrize("bits", [8, 12])
+def test_meshopt_loses_nothing_but_the_rounding(closed, bits):
+    meshopt = method("meshopt")
+    decoded = meshopt.decode(meshopt.encode(closed.mesh, bits))
+    assert len(decoded.F) == len(closed.mesh.F) and len(decoded.V) == len(closed.mesh.V)
+    assert Surface(closed.mesh).closest(decoded.V)[0].max() < 0.5**bits
+
+
+def test_fitting_halves_the_error_of_loop(closed):
+    slim = closed.qslim(300)
+    fitted = subdivfit.fit(slim, Surface(closed.mesh))
+    before, after = (closed.d_pm(schemes.subdivided(mesh, schemes.loop)) for mesh in (slim, fitted))
+    assert after < 0.5 * before
+
+
+def test_every_method_has_a_name_and_something_to_measure():
+    names = set()
+    for name in METHODS:
+        module = method(name)
+        names.add(module.NAME)
+        assert hasattr(module, "at_bytes") or hasattr(module, "at_scalars")
+    assert len(names) == len(METHODS)
