@@ -1,4 +1,6 @@
 """Export what a preview shows as glTF, through Blender's own exporter."""
+from pathlib import Path
+
 import bpy
 from bpy.props import StringProperty
 from bpy_extras.io_utils import ExportHelper
@@ -40,6 +42,9 @@ class EXPORT_SCENE_OT_npmesh_gltf(bpy.types.Operator, ExportHelper):
         try:
             if not self.filepath.lower().endswith(SUFFIXES):
                 raise FileError(f"Expected a file name that ends in .glb or .gltf, found '{self.filepath}'; rename it")
+            folder = Path(self.filepath).parent
+            if not folder.is_dir():  # Blender's exporter would make it, or fail with a traceback
+                raise FileError(f"Expected an existing folder, found none at '{folder}'; create it first")
             preview.show(obj)
             _export(context, obj, self.filepath)
         except NpmError as error:

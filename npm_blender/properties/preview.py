@@ -16,6 +16,9 @@ from bpy.props import (
 from ..preview import deviation, placement, slider, smooth, updates
 from .compression import MAX_LEVELS
 
+# what a path that may begin with // must say of itself, since there is a word for it
+_RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set()
+
 
 class NpmLevelMesh(bpy.types.PropertyGroup):
     """The mesh of one level of a preview; none until the level is first shown."""
@@ -30,7 +33,7 @@ class PreviewProperties:
     is_preview: BoolProperty()
     digest: StringProperty(description="Names the stream")
     filepath: StringProperty(
-        name="File", subtype="FILE_PATH", options=set(), update=updates.on_path,
+        name="File", subtype="FILE_PATH", options=_RELATIVE, update=updates.on_path,
         description="File of a stream that is not packed in the .blend; // means the folder of the .blend")
     source: PointerProperty(type=bpy.types.Object, description="The compressed object; none for an opened file")
     meshes: CollectionProperty(type=NpmLevelMesh)

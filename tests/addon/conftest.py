@@ -89,6 +89,28 @@ def opened(stream_file):
     return bpy.context.active_object
 
 
+@pytest.fixture(scope="session")
+def received(package, stream):
+    """The compressed mesh as a worker returns it: read, and its errors measured."""
+    import dataclasses
+
+    read, quality, bridge = (importlib.import_module(f"{package}.{name}")
+                             for name in ("core.received", "core.quality", "bridge"))
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    found = read.receive(stream)
+    mesh = bridge.mesh_of(add_object(), bpy.context.evaluated_depsgraph_get())
+    return dataclasses.replace(found, measured=quality.measure(found.open(), mesh).to_text())
+
+
+@pytest.fixture
+def previewed(part, received):
+    """A preview beside the object that it was compressed from, as Compress leaves them."""
+    preview = part("preview")
+    source = add_object()
+    preview.pack(source, received)
+    return preview.make(bpy.context, received, "Shape Preview", source)
+
+
 def positions(obj):
     """Vertices of an object's mesh, (n, 3) float32."""
     import numpy as np
