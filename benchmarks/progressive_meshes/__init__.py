@@ -1,0 +1,7 @@
+"""Progressive Meshes (Hoppe 1996) as a coded stream: a base mesh, then vertex splits in batches.
+
+    simplify   collapses in order of their quadric error, batch by batch
+    mesh       the receiver's mesh and the vertex split
+    records    splits <-> bits; sender and receiver run the same function
+    stream     header, base mesh and batches in bytes; any prefix past the base mesh decodes
+"""

@@ -1,0 +1,266 @@
+"""Base vertices and integers that bring the finest level near an input, at a price per bit.
+
+The finest level depends linearly on what is sent, as long as the normals stay. So each pass takes the distances of the
+middles of its edges to the input, each along the line to its closest point, and improves base and integers level by
+level on that quadratic model: integers one by one, each to the value with the least distance plus price times bits.
+Squared distances are weighted by 1 / distance, so that the sum of them is what d_pm measures.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import csr_matrix, diags, identity
+from scipy.sparse.linalg import cg
+
+from npm_blender.core.jit import compiled
+from npm_blender.core.mesh import TriMesh
+from npm_blender.core.surface import Surface
+
+from .shape import Scheme
+from .stencils import edge_points
+from .symbols import neighbours
+
+_LARGEST = 6  # values of a rate table: 0..5, then two bits more per doubling
+_CLASSES = 4
+_TOUCHED = 1.5  # samples (weighted by their squared share) that a vertex of the finest level moves
+_PER_UNKNOWN = 12  # samples for each number that is fitted
+_DEFAULT = np.log2(1 / np.array([0.5, 0.3, 0.1, 0.05, 0.03, 0.02])) + np.array([0, 1, 1, 1, 1, 1.0])
+
+
+class Target:
+    """The input: its closest points."""
+
+    def __init__(self, mesh: TriMesh) -> None:
+        """mesh: in the unit frame."""
+        self.surface = Surface(mesh)
+        self.normals = mesh.face_normals()
+
+    def residuals(self, P: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distance (k,) of P (k, 3), and the unit vector (k, 3) along which it grows."""
+        distance, point, face = self.surface.closest(P)
+        away = P - point
+        far = distance > 1e-9
+        out = np.where(far[:, None], away / np.maximum(distance, 1e-300)[:, None], self.normals[face])
+        return distance, out
+
+
+class Samples:
+    """The middles of the finest level's edges in random order, and what moves them; a prefix of them is a sample."""
+
+    def __init__(self, scheme: Scheme) -> None:
+        """scheme: connectivity and matrices."""
+        finest = scheme.hierarchy[-1]
+        self.finest = finest
+        self.order = np.random.default_rng(0).permutation(len(finest.edges))
+        on_all = edge_points(finest)[self.order]
+        self.points, self.by_level = on_all, []
+        for level in range(scheme.levels, -1, -1):
+            rows = min(on_all.shape[0], _PER_UNKNOWN * (3 if level == 0 else 1) * _new(scheme, level))
+            self.by_level.append(csr_matrix(on_all[:rows, scheme.new_at(level)]))
+            if level:
+                on_all = csr_matrix(on_all @ scheme.matrices[level - 1])
+        self.by_level.reverse()
+
+    def __len__(self) -> int:
+        return len(self.order)
+
+    def area(self, X: np.ndarray) -> np.ndarray:
+        """Share of the surface (e,) that each sample stands for; sums to 1."""
+        area = TriMesh(X, self.finest.F).face_areas()
+        share = np.bincount(self.finest.edge_of, np.repeat(area, 3), len(self.finest.edges))
+        return share[self.order] / max(share.sum(), 1e-300)
+
+
+def _new(scheme: Scheme, level: int) -> int:
+    now = scheme.new_at(level)
+    return now.stop - now.start
+
+
+class Rate(NamedTuple):
+    """Bits: fresh (levels + 1, classes, values) for a vertex whose old value is 0, by the size of what is around it;
+    again (values,) for a change of another."""
+
+    fresh: np.ndarray
+    again: np.ndarray
+
+
+def default_rate(levels: int) -> Rate:
+    """Before anything is known."""
+    return Rate(np.tile(_DEFAULT, (levels + 1, _CLASSES, 1)), _DEFAULT.copy())
+
+
+@compiled
+def _class(value, near, v):
+    around = 0
+    for t in range(6):
+        if near[v, t] >= 0:
+            around += min(abs(value[near[v, t]]), 3)
+    return 0 if around == 0 else (1 if around < 3 else (2 if around < 6 else 3))
+
+
+@compiled
+def _bits(table, x):
+    x = abs(x)
+    if x < len(table):
+        return table[x]
+    return table[len(table) - 1] + 2 * np.log2(x / (len(table) - 1))
+
+
+@compiled
+def _descend(start, index, data, diagonal, g, value, old, near, first, fresh, again, price, sweeps):
+    """Coordinate descent over the integers value[first:]; g (k,) = minus the gradient, in steps."""
+    k = len(diagonal)
+    for _ in range(sweeps):
+        changed = 0
+        for i in range(k):
+            v = first + i
+            h = diagonal[i]
+            if h <= 0:
+                continue
+            now, before = value[v], old[v]
+            row = again if before != 0 else fresh[_class(value, near, v)]
+            ideal = g[i] / h
+            best, best_cost = 0, price * _bits(row, now - before)
+            low = int(np.floor(ideal))
+            for trial in range(4):
+                step = low if trial == 0 else (low + 1 if trial == 1 else (before - now if trial == 2 else
+                                               (1 if low + now < before else -1) + low))
+                if step == 0:
+                    continue
+                cost = step * (0.5 * h * step - g[i]) + price * _bits(row, now + step - before)
+                if cost < best_cost:
+                    best, best_cost = step, cost
+            if best != 0:
+                changed += 1
+                value[v] = now + best
+                for p in range(start[i], start[i + 1]):
+                    g[index[p]] -= data[p] * best
+        if changed == 0:
+            break
+
+
+@compiled
+def _count(value, old, near, first, fresh, again):
+    """Counts of the values of each level and class into fresh and again."""
+    largest = fresh.shape[2] - 1
+    for level in range(len(first) - 1):
+        for v in range(first[level], first[level + 1]):
+            x = min(abs(value[v] - old[v]), largest)
+            if old[v] != 0:
+                again[x] += 1
+            else:
+                fresh[level, _class(value, near, v), x] += 1
+
+
+def measured_rate(value: np.ndarray, old: np.ndarray, near: np.ndarray, first: np.ndarray) -> Rate:
+    """Bits by what the values are."""
+    prior = 2.0 ** -default_rate(len(first) - 2).fresh[0, 0] * 8
+    fresh = np.tile(prior, (len(first) - 1, _CLASSES, 1))
+    again = prior.copy()
+    _count(value, old, near, first, fresh, again)
+    sign = np.array([0, 1, 1, 1, 1, 1.0])
+    return Rate(np.log2(fresh.sum(2, keepdims=True) / fresh) + sign, np.log2(again.sum() / again) + sign)
+
+
+class Fit:
+    """One input under one scheme."""
+
+    def __init__(self, target: Target, scheme: Scheme, power: float = 1.0) -> None:
+        """power: 1 for weights 1 / distance, 0 for plain squares."""
+        self.target, self.scheme, self.power = target, scheme, power
+        self.samples = Samples(scheme)
+        self.near = neighbours(scheme.hierarchy)
+
+    def _state(self, V0, d, floor, count):
+        """Directions, vertices, and of the first `count` samples distances, their gradients and weights; mean distance."""
+        X, N = self.scheme.build(V0, d)
+        r, u = self.target.residuals(self.samples.points[:count] @ X)
+        area = self.samples.area(X)[:count]
+        weight = area / (area.sum() * np.maximum(r, floor) ** self.power)
+        return N, r, u, weight, float((area * r).sum() / area.sum())
+
+    def distance(self, V0: np.ndarray, d: np.ndarray, count: int = 20_000) -> float:
+        """About d_pm / 1e4."""
+        return self._state(V0, d, 1.0, count)[-1]
+
+    def _base_system(self, r, u, weight):
+        W = self.samples.by_level[0][: len(r)]
+        rows = np.repeat(np.arange(W.shape[0]), np.diff(W.indptr))
+        data = (W.data[:, None] * u[rows]).reshape(-1)
+        index = (3 * W.indices[:, None] + np.arange(3)).reshape(-1)
+        count = np.diff(W.indptr)
+        indptr = np.concatenate([[0], np.cumsum(3 * count)])
+        order = np.argsort(np.repeat(np.arange(len(count)), 3 * count), kind="stable")
+        J = csr_matrix((data[order], index[order], indptr), (W.shape[0], 3 * W.shape[1]))
+        JT = J.T.tocsr() @ diags(weight[: len(count)])
+        return csr_matrix(JT @ J), -(JT @ r[: len(count)])
+
+    def base(self, V0: np.ndarray, d: np.ndarray, passes: int = 6, spring: float = 0.01, floor: float = 2e-4):
+        """Base vertices (n0, 3) moved to where the finest level is nearest to the input."""
+        for _ in range(passes):
+            _, r, u, weight, _ = self._state(V0, d, floor, self.samples.by_level[0].shape[0])
+            A, b = self._base_system(r, u, weight)
+            pull = spring * A.diagonal().mean()
+            step, _ = cg(A + pull * identity(A.shape[0]), b, rtol=1e-3, maxiter=60)
+            V0 = V0 + step.reshape(-1, 3)
+        return V0
+
+    def on_lattice(self, V0: np.ndarray, d: np.ndarray, bits: int, spring: float = 0.01, floor: float = 2e-4):
+        """Lattice positions (n0, 3) int64 of step 2**-bits near V0, rounded so that the surface moves little."""
+        _, r, u, weight, _ = self._state(V0, d, floor, self.samples.by_level[0].shape[0])
+        A, b = self._base_system(r, u, weight)
+        step = 2.0**-bits
+        ints = np.rint(V0 / step).astype(np.int64).reshape(-1)
+        A = csr_matrix(A + spring * A.diagonal().mean() * identity(A.shape[0]))
+        g = (b - A @ (ints * step - V0.reshape(-1))) * step
+        A = A * step**2
+        none = np.full((len(ints), 8), -1, np.int32)
+        _descend(A.indptr, A.indices, A.data, A.diagonal(), g, ints, ints.copy(), none, 0,
+                 np.zeros((_CLASSES, _LARGEST)), np.zeros(_LARGEST), 0.0, 4)
+        return ints.reshape(-1, 3)
+
+    def integers(self, V0: np.ndarray, steps: np.ndarray, value: np.ndarray, old: np.ndarray, trade: float,
+                 passes: int = 3, rate: Rate | None = None, floor: float = 0.0) -> tuple[np.ndarray, Rate]:
+        """Integers (n,) improved from `value`, and the bits they were priced with.
+
+        steps (levels + 1,): of each level; old (n,): what a change is counted from; trade: price of a bit in units of
+        the squared finest step on one vertex.
+        """
+        scheme = self.scheme
+        per_vertex = np.repeat(steps, np.diff(scheme.first))
+        value = value.copy()
+        rate = rate or default_rate(scheme.levels)
+        floor = floor or steps[-1] / 4
+        finest = max((v for v in range(scheme.levels + 1) if value[scheme.new_at(v)].any()), default=0)
+        for _ in range(passes):
+            top = min(max(finest + 1, 1), scheme.levels)
+            N, r, u, weight, _ = self._state(V0, value * per_vertex, floor, self.samples.by_level[top].shape[0])
+            # of one vertex of the finest level, wherever its samples lie
+            price = trade * steps[-1] ** 2 * weight.mean() * len(r) / len(self.samples) * _TOUCHED
+            for level in range(top + 1):
+                now, step = scheme.new_at(level), steps[level]
+                before = value[now].copy()
+                W = self.samples.by_level[level][: len(r)]
+                k = W.shape[0]
+                rows = np.repeat(np.arange(k), np.diff(W.indptr))
+                J = csr_matrix((W.data * np.einsum("ij,ij->i", u[rows], N[now][W.indices]), W.indices, W.indptr), W.shape)
+                JT = J.T.tocsr()
+                JT = csr_matrix((JT.data * weight[JT.indices] * (step * len(r) / k), JT.indices, JT.indptr), JT.shape)
+                A = csr_matrix(JT @ J) * step
+                _descend(A.indptr, A.indices, A.data, A.diagonal(), -(JT @ r[:k]), value, old, self.near, now.start,
+                         rate.fresh[level], rate.again, price, 3)
+                moved = (value[now] - before) * step
+                if moved.any():
+                    finest = max(finest, level)
+                    if level < top:
+                        r = r + np.einsum("ij,ij->i", u, self._move(level, top, moved, N[now], len(r)))
+            rate = measured_rate(value, old, self.near, scheme.first)
+        return value, rate
+
+    def _move(self, level: int, top: int, moved: np.ndarray, N: np.ndarray, count: int) -> np.ndarray:
+        """How the first samples (count, 3) move when the vertices that are new at a level move along N (k, 3)."""
+        X = np.zeros((self.scheme.hierarchy[level].n, 3))
+        X[self.scheme.new_at(level)] = moved[:, None] * N
+        for i in range(level, self.scheme.levels):
+            X = self.scheme.matrices[i] @ X
+        return self.samples.points[:count] @ X
