@@ -21,6 +21,7 @@ from .methods.case import Case
 BITS = 11  # Draco's default for positions
 LEVEL = 3
 FEATURES = 200  # where the slider stands
+FILES = ("ours.npmesh", "size.drc", "detail.drc", "detail.meshopt")
 GROUPS = {
     "encode": "encode",
     "decode": "decode, as many faces as our finest level",
@@ -32,12 +33,14 @@ GROUPS = {
 @dataclass(frozen=True)
 class Inputs:
     """The files of a folder. mesh: the input; ours: its stream, not refined; size: QSlim + Draco of as many bytes;
-    detail: QSlim + Draco of as many faces as our finest level; faces: of those two."""
+    detail: QSlim + Draco of as many faces as our finest level; other: the same by meshoptimizer, empty where its package
+    is not installed; faces: of `size` and of `detail`."""
 
     mesh: TriMesh
     ours: bytes
     size: bytes
     detail: bytes
+    other: bytes
     faces: tuple[int, int]
 
     @staticmethod
@@ -45,7 +48,7 @@ class Inputs:
         """What `write` wrote."""
         with np.load(folder / "mesh.npz", allow_pickle=False) as z:
             mesh, faces = TriMesh(z["V"], z["F"]), tuple(int(f) for f in z["faces"])
-        return Inputs(mesh, *((folder / name).read_bytes() for name in ("ours.npmesh", "size.drc", "detail.drc")), faces)
+        return Inputs(mesh, *((folder / name).read_bytes() for name in FILES), faces)
 
     @staticmethod
     def write(folder: Path, mesh: TriMesh) -> "Inputs":
@@ -59,9 +62,10 @@ class Inputs:
             size = drc.encode(slim(mesh, faces), BITS)
             faces = min(len(mesh.F), round(faces * len(ours) / len(size)))
         size = drc.encode(slim(mesh, faces), BITS)
-        (folder / "ours.npmesh").write_bytes(ours)
-        (folder / "size.drc").write_bytes(size)
-        (folder / "detail.drc").write_bytes(drc.encode(slim(mesh, finest), BITS))
+        detail, codec = slim(mesh, finest), meshopt()
+        data = (ours, size, drc.encode(detail, BITS), codec.encode(detail, BITS) if codec else b"")
+        for name, content in zip(FILES, data, strict=True):
+            (folder / name).write_bytes(content)
         np.savez(folder / "mesh.npz", V=mesh.V, F=mesh.F, faces=np.array([faces, finest]))
         return Inputs.read(folder)
 
@@ -116,7 +120,7 @@ def operations() -> list[Operation]:
     codec = meshopt()
     if codec is not None:
         found.insert(4, Operation(encode, "meshoptimizer", lambda i: lambda: codec.encode(i.mesh, BITS)))
-        found.insert(7, Operation(decode, "meshoptimizer", lambda i: _meshopt_decode(codec, i)))
+        found.insert(7, Operation(decode, "meshoptimizer", lambda i: lambda: codec.decode(i.other)))
     return found
 
 
@@ -146,8 +150,3 @@ def _seen_prefix(inputs: Inputs) -> Callable[[], object]:
     opened = _open(inputs.ours)
     opened.decode(FEATURES, LEVEL)
     return lambda: opened.decode(FEATURES, LEVEL)
-
-
-def _meshopt_decode(codec: ModuleType, inputs: Inputs) -> Callable[[], object]:
-    data = codec.encode(slim(inputs.mesh, inputs.faces[1]), BITS)
-    return lambda: codec.decode(data)

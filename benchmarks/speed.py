@@ -1,9 +1,9 @@
 """Seconds and memory of our operations beside their peers', in one run: `python -m benchmarks.speed [--json FILE]`.
 
 The mesh is a bumpy sphere of 81,920 faces made here; our stream has 400 base faces and three levels. Every repeat runs
-all operations in turn, so that a machine that others use slows all of them alike; medians, and the ratio to the peer of
-the same group (see `operations`). Memory is the peak of a fresh process that does the one thing once; with it goes
-what that process held before, which is mostly the libraries. One thread.
+all operations in turn; medians, and the ratio to the peer of the same group (see `operations`). Seconds are the
+processor's, of one thread: what one waits on an idle machine, whatever else runs on this one. Memory is the peak of a
+fresh process that does the one thing once; with it goes what that process held before, which is mostly the libraries.
 """
 
 import argparse
@@ -34,10 +34,10 @@ def measure(repeats: int = 7, depth: int = DEPTH, slow: bool = True, groups: tup
     groups: of `operations.GROUPS`, all if none is named.
 
     Returns plain data for JSON: machine (processor, cores, python, load); faces, stream_bytes, finest_faces: of the
-    input, of our stream, of its finest level; rows: a list of {group, method, peer (bool), seconds, ratio (seconds over
-    those of the group's peer), bytes (None for a mesh), first_seconds, start_mb, peak_mb (first call in a fresh process)};
-    stages: seconds of our encoder by stage, not refined; forward: seconds of {backend: {encode, decode}}, the network
-    alone; paper: the same of the publication. `table` makes Markdown of it. Raises RuntimeError if a process fails.
+    input, of our stream, of its finest level; rows: a list of {group, method, peer (bool), seconds (the processor's), ratio
+    (to the seconds of the group's peer), bytes (None for a mesh), first_seconds, start_mb, peak_mb (first call in a fresh
+    process)}; stages: seconds of our encoder by stage, not refined; forward: seconds of {backend: {encode, decode}}, the
+    network alone; paper: the same of the publication. `table` makes Markdown of it. Raises RuntimeError if a process fails.
     """
     return _child("--measure", str(repeats), str(depth), str(int(slow)), ",".join(groups))
 
@@ -47,7 +47,7 @@ def table(figures: dict) -> list[str]:
     lines = ["| operation | method | ms | ratio to peer | first call, ms | peak, MB | of it libraries and input, MB |",
              "|---|---|---|---|---|---|---|"]
     for row in figures["rows"]:
-        ratio = "peer" if row["peer"] else f"{row['ratio']:.2f}"
+        ratio = "peer" if row["peer"] else f"{row['ratio']:.{2 if row['ratio'] >= 0.1 else 4}f}"
         size = "" if row["bytes"] is None else f" ({row['bytes']:,} bytes)"
         lines.append(
             f"| {GROUPS[row['group']]} | {row['method']}{size} | {1000 * row['seconds']:,.2f} | {ratio} | "
@@ -80,9 +80,9 @@ def medians(calls: dict[str, Callable], repeats: int) -> dict[str, float]:
 
 
 def _timed(call: Callable) -> float:
-    begun = time.perf_counter()
+    begun = time.process_time()
     call()
-    return time.perf_counter() - begun
+    return time.process_time() - begun
 
 
 def _peak_mb() -> float:
@@ -155,9 +155,9 @@ def _once(name: str, folder: str) -> dict:
     """One operation, in this process, which is a fresh one: bytes it made, seconds of the first call, memory."""
     call = next(o for o in operations() if o.name == name).prepare(Inputs.read(Path(folder)))
     start = _peak_mb()
-    begun = time.perf_counter()
+    begun = time.process_time()
     made = call()
-    first = time.perf_counter() - begun
+    first = time.process_time() - begun
     size = len(made) if isinstance(made, bytes) else None
     return {"bytes": size, "first_seconds": first, "start_mb": start, "peak_mb": _peak_mb()}
 
