@@ -5,9 +5,9 @@ of the base from positions and differential coordinates; per level, *vertex* mov
 mean over each ring, and *edge* places the new ones, by the mean of the two half-flaps, from the midpoint. Each gives 32
 numbers: a displacement, which is turned back into the world, and 29 features that no motion changes.
 
-Two things differ from the publication. Lengths are in units of the flap's mean edge length instead of the unit cube's
-side, so that one network serves all levels and base sizes; and border edges have flaps (the publication takes closed
-meshes only).
+Three things differ from the publication. Lengths are in units of the flap's mean edge length instead of the unit cube's
+side, so that one network serves all levels and base sizes; border edges have flaps (the publication takes closed meshes
+only); and no gradient goes through the frames.
 """
 
 from pathlib import Path
@@ -46,21 +46,27 @@ class NeuralSubdivision(nn.Module):
 
     def forward(self, V0: torch.Tensor, levels: list[Flaps]) -> list[torch.Tensor]:
         """Positions of levels 0..L, (n_l, 3) each, from those of the base V0 (n_0, 3); levels: flaps of levels 0..L-1."""
-        frames = Frames.of(V0, levels[0])
+        frames = _frames(V0, levels[0])
         vectors = differential(V0, levels[0])
         moves, features = _apply(self.initialisation, frames, _turned_corners(vectors, levels[0], frames))
         V, H = V0 + ring_mean(moves, levels[0]), ring_mean(features, levels[0])
         positions = [V]
         for flaps in levels:
-            frames = Frames.of(V, flaps)
+            frames = _frames(V, flaps)
             moves, features = _apply(self.vertex, frames, _corners(H, flaps))
             V, H = V + ring_mean(moves, flaps), ring_mean(features, flaps)
-            frames = Frames.of(V, flaps)
+            frames = _frames(V, flaps)
             moves, features = _apply(self.edge, frames, _corners(H, flaps))
             V = torch.cat([V, (V[flaps.a] + V[flaps.b]) / 2 + edge_mean(moves)])
             H = torch.cat([H, edge_mean(features)])
             positions.append(V)
         return positions
+
+
+def _frames(V: torch.Tensor, flaps: Flaps) -> Frames:
+    """The frames over V, taken as they are: every level has a loss of its own, and a step costs a quarter less."""
+    with torch.no_grad():
+        return Frames.of(V, flaps)
 
 
 def _apply(module: nn.Module, frames: Frames, corners: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
