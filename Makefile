@@ -9,13 +9,16 @@ VENV := .venv
 PY := $(VENV)/bin/python
 PIP := $(PY) -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo test lint clean
+.PHONY: help demo bench test lint clean
 
 help:  ## Show this list
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: $(VENV)/.demo  ## Compress, measure and render a sculpt (or MESH=path) into out/demo
 	$(PY) -m npm_blender demo $(if $(MESH),"$(MESH)")
+
+bench: $(VENV)/.bench  ## Compare with other codecs on CORPUS=path, or on meshes that Blender makes; QUICK=1: 6 meshes
+	$(PY) -m benchmarks.compare $(if $(CORPUS),"$(CORPUS)") $(if $(QUICK),--quick) $(BENCH)
 
 test: $(VENV)/.test  ## Run the tests (or those of TESTS=path)
 	$(PY) -m pytest $(TESTS)
@@ -36,6 +39,11 @@ $(VENV)/.demo: requirements/run.txt requirements/demo.txt requirements/system.sh
 $(VENV)/.test: requirements/test.txt $(VENV)/.demo
 	@echo "Installing requirements/test.txt into $(VENV) (once)"
 	$(PIP) -r requirements/test.txt
+	@touch $@
+
+$(VENV)/.bench: requirements/bench.txt $(VENV)/.test
+	@echo "Installing requirements/bench.txt into $(VENV) (once)"
+	$(PIP) -r requirements/bench.txt
 	@touch $@
 
 $(PY):

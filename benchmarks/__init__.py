@@ -1,1 +1,1 @@
-"""Benchmarks: `quality` (error per feature budget against QSlim, on a split of a corpus)."""
+"""Benchmarks: `compare` (all methods at equal bytes and numbers, with its report), `speed`, `pictures`, `lod`."""

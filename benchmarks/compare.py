@@ -18,7 +18,7 @@ from npm_blender.core.settings import CompressSettings
 
 from . import jobs, methods, options
 from .corpus import Entry
-from .methods.case import BUDGETS, CURVE, Case
+from .methods.case import BUDGETS, CURVE, FEATURES, Case
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,10 @@ def measure(task: Task) -> dict[str, dict]:
         begun = time.process_time()
         try:
             rows = method_rows(case, name)
-            out[name] = {"rows": rows, "seconds": time.process_time() - begun}
+            out[name] = {"rows": rows, "seconds": time.process_time() - begun, "stages": case.seconds.copy()}
         except Exception as error:  # the row names the cause; the other methods go on
             out[name] = {"error": f"{type(error).__name__}: {error}"}
+        case.seconds.clear()
         out[name] |= {"faces": len(case.mesh.F), "vertices": len(case.mesh.V)}
     return out
 
@@ -70,7 +71,7 @@ def method_rows(case: Case, name: str) -> list[dict]:
                 seen[setting] = figures(case, coded.mesh)
             rows.append({"table": "bytes", "at": budget, "bytes": coded.bytes, "label": coded.label} | seen[setting])
     if hasattr(method, "at_scalars"):
-        points = [k for k in CURVE if case.scalars(k) < 3 * len(case.mesh.V)]
+        points = [k for k in CURVE if k in FEATURES or case.cr(case.scalars(k)) > 1]
         counts = [case.scalars(k) for k in points]
         for k, count, mesh in zip(points, counts, method.at_scalars(case, counts), strict=True):
             if mesh is not None:
@@ -119,6 +120,9 @@ def main() -> None:
         return "; ".join(f"{m}: {row['error']}" for m, row in rows.items() if "error" in row)
 
     jobs.each(measure, tasks, keep, o.processes)
+    from . import report  # which reads what this module writes
+
+    print(report.write(o))
 
 
 if __name__ == "__main__":

@@ -30,6 +30,7 @@ def parse(doc: str) -> argparse.Namespace:
     parser.add_argument("--tag", default="", help="keep the results apart from those of other settings")
     parser.add_argument("--retry", action="store_true", help="measure again what ended in an error")
     parser.add_argument("--report", type=Path, help="write the page here, and results/ beside it (default: in out/bench)")
+    parser.add_argument("--no-runtime", dest="runtime", action="store_false", help="leave out seconds and memory of operations")
     o = parser.parse_args()
     o.samples = o.samples or (QUICK_SAMPLES if o.quick else 50_000)
     unknown = sorted(set(o.methods) - set(METHODS))

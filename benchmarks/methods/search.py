@@ -63,7 +63,7 @@ class _Ladder:
         out = []
         for bits, size in zip(codec.bits, self.size, strict=True):
             log_faces = _line(np.log(budget), np.log(size), np.log(self.faces))
-            faces = np.exp(min(log_faces, np.log(codec.most)))
+            faces = np.exp(np.clip(log_faces, np.log(4), np.log(codec.most)))
             error = np.exp(_line(np.log(faces), np.log(self.faces), np.log(self.error)))
             out.append((float(np.hypot(error, ROUNDING * 0.5**bits)), int(faces), bits))
         return sorted(out)

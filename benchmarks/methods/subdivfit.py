@@ -4,6 +4,8 @@ Points of the limit surface are linear in the control vertices. They are drawn t
 again and again: least squares whose matrix stays the same, factored once (Hoppe et al. 1994, without their creases).
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.sparse import csr_matrix, diags, identity
 from scipy.sparse.linalg import splu
@@ -76,8 +78,15 @@ def at_scalars(case: Case, counts: list[int]) -> list[TriMesh | None]:
 def at_bytes(case: Case, budgets: tuple[int, ...]) -> list[Coded | None]:
     """The fitted control mesh by Draco, near the settings that are best for QSlim + Draco."""
     codec = search.Codec(lambda n: control(case, n), len(case.mesh.F), drc.encode, drc.decode, drc.BITS)
-    found = []
-    for budget, some in zip(budgets, drc.of_qslim(case, budgets), strict=True):
-        near = [search.fitted(codec, c.faces, c.bits, budget) for c in some[:1]]
-        found.append([c for c in near if c])
-    return search.choose(case, lambda data: schemes.subdivided(drc.decode(data), schemes.loop), found)
+    decode = lambda data: schemes.subdivided(drc.decode(data), schemes.loop)
+    return [_coded(case, codec, decode, budget, some) for budget, some in zip(budgets, drc.of_qslim(case, budgets), strict=True)]
+
+
+def _coded(case: Case, codec: search.Codec, decode: Callable, budget: int, near: list[search.Candidate]) -> Coded | None:
+    """The first of the settings that gives a surface: where rounding merges vertices, it may not be one any more."""
+    for setting in near:
+        found = search.fitted(codec, setting.faces, setting.bits, budget)
+        coded = search.choose(case, decode, [[found] if found else []])[0]
+        if coded:
+            return coded
+    return None
