@@ -29,6 +29,7 @@ Esc stops"""
         try:
             playback.stop(obj)
             self._play = playback.start(obj)
+            self._play.step(obj)
         except NpmError as error:
             self.report({"ERROR"}, one_line(error))
             return {"CANCELLED"}

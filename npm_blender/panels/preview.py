@@ -98,6 +98,7 @@ class VIEW3D_PT_npmesh_deviation(_Part, bpy.types.Panel):
     """The deviation as colours, and what they mean."""
 
     bl_label = "Deviation"
+    bl_options = set()  # noqa: RUF012 - open, as the colours are nothing without their legend
 
     def draw_header(self, context):
         self.layout.prop(context.active_object.npmesh, "show_deviation", text="")
@@ -217,10 +218,11 @@ def _distance(share: float, quality, scene: bpy.types.Scene) -> str:
 
 def _columns(layout: bpy.types.UILayout, texts: tuple[str | None, ...]) -> bpy.types.UILayout:
     """A row of three columns; returns the layout of the one that is None, or the row."""
-    row = layout.row(align=True)
-    place = row
-    for text in texts:
-        cell = row.row(align=True)
+    first = layout.split(factor=0.34, align=True)
+    second = first.column(align=True), first.split(factor=0.5, align=True)
+    cells = second[0], second[1].column(align=True), second[1].column(align=True)
+    place = layout
+    for cell, text in zip(cells, texts, strict=True):
         if text is None:
             place = cell
         else:

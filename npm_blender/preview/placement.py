@@ -18,9 +18,9 @@ def put_in_place(obj: bpy.types.Object, source: bpy.types.Object) -> None:
 
 
 def get_show_original(state) -> bool:
-    """Whether the original is on the screen."""
+    """Whether the original is on the screen in place of the preview."""
     source = state.source
-    return _is_there(source) and not source.hide_get()
+    return _is_there(source) and not source.hide_get() and not state.beside
 
 
 def set_show_original(state, shown: bool) -> None:

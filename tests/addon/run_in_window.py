@@ -11,9 +11,9 @@ from pathlib import Path
 
 sys.path.insert(0, os.environ.get("NPM_ROOT", str(Path.cwd())))
 
-from tests.addon import window_driver, window_jobs, window_preview  # noqa: E402 - found in the folder above
+from tests.addon import window_decoded, window_driver, window_jobs, window_preview  # noqa: E402 - found in the folder above
 
-CHECKS = [function for module in (window_jobs, window_preview)
+CHECKS = [function for module in (window_jobs, window_preview, window_decoded)
           for name, function in vars(module).items() if name.startswith("check_")]
 names = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
 window_driver.run([check for check in CHECKS if not names or check.__name__ in names])

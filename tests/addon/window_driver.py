@@ -103,7 +103,7 @@ def until_idle() -> Check:
 def shown() -> Check:
     """Wait for what the previews have still to show."""
     yield 0.1
-    yield from until(lambda: not module("preview")._waiting)
+    yield from until(lambda: not module("preview").is_busy())
 
 
 def compressed(subdivisions: int) -> Check:
