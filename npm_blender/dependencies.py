@@ -1,9 +1,12 @@
 """The codec's doors: missing packages become one-line errors with a remedy, compiled code goes where it may."""
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from .caches import COMPILED
 from .core.errors import DependencyError
+from .packages import AGAIN
 
 if TYPE_CHECKING:
     from .core.progressive import ProgressiveMesh
@@ -21,7 +24,7 @@ def named_dependencies() -> Iterator[None]:
             raise
         found = "found none" if isinstance(error, ModuleNotFoundError) else f"found one that does not load ({error})"
         raise DependencyError(f"Expected the Python package {name or 'that this step needs'}, {found}; "
-                              "reinstall the extension, then restart Blender") from error
+                              f"{AGAIN}") from error
 
 
 def receive(data: bytes) -> "Received":
@@ -30,7 +33,8 @@ def receive(data: bytes) -> "Received":
     The window stands still while numba is loaded, half a second, or compiles, ten; where there is one, jobs.ReadJob
     does this in another process.
     """
-    with named_dependencies(), compiled_code_in(cache_folder()):
+    folder = cache_folder()
+    with named_dependencies(), compiled_code_in(folder and os.path.join(folder, COMPILED)):
         from .core.received import receive
 
         return receive(data)
@@ -43,15 +47,10 @@ def open_received(received: "Received") -> "ProgressiveMesh":
 
 
 def cache_folder() -> str | None:
-    """Where numba keeps compiled code: the folder that Blender gives an installed extension for its files.
+    """Where Blender's side keeps what it need not make again; see `preferences.cache_folder`."""
+    from .preferences import cache_folder
 
-    None for the plain package, for which it is kept beside the sources.
-    """
-    if not __package__.startswith("bl_ext."):
-        return None
-    import bpy
-
-    return bpy.utils.extension_path_user(__package__, path="cache", create=True)
+    return cache_folder()
 
 
 @contextmanager

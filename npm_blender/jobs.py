@@ -21,6 +21,7 @@ from .core import errors
 from .core.progress import Progress, no_progress
 from .core.settings import CompressSettings
 from .estimate import remaining
+from .worker_settings import WorkerSettings
 
 if TYPE_CHECKING:
     from .core.mesh import TriMesh
@@ -71,15 +72,15 @@ class Job:
     doing = ""
     estimate: float | None = None
 
-    def __init__(self, write: Callable[[Path], None], scratch: str | None, cache: str | None) -> None:
-        """Start the worker. write: puts what it works on into the job's folder, which is made in `scratch`; cache:
-        where compiled code is kept between jobs.
+    def __init__(self, write: Callable[[Path], None], scratch: str | None, machine: WorkerSettings | None) -> None:
+        """Start the worker. write: puts what it works on into the job's folder, which is made in `scratch`; machine:
+        what the worker may use.
 
         Raises DependencyError if there is no Python to start.
         """
         self.fraction, self.message = 0.0, "Starting"
         self._last: dict = {}
-        self._cache, self._created = cache, time.perf_counter()
+        self._machine, self._created = machine or WorkerSettings(), time.perf_counter()
         self._folder = Path(tempfile.mkdtemp(prefix="npmesh_", dir=scratch))
         try:
             write(self._folder)
@@ -92,7 +93,7 @@ class Job:
     def _start(self) -> None:
         with open(self._folder / "out", "wb") as out, open(self._folder / "err", "wb") as err:
             self._process = subprocess.Popen(
-                _command(self._folder), cwd=self._folder, env=_environment(self._folder, self._cache),
+                _command(self._folder), cwd=self._folder, env=_environment(self._folder, self._machine),
                 stdin=subprocess.PIPE, stdout=out, stderr=err, **_own_group())
         self._output = open(self._folder / "out", encoding="utf-8")
         self._line = ""
@@ -185,9 +186,10 @@ class CompressJob(Job):
     WorkerCrash that says why there is none.
     """
 
-    def __init__(self, seconds: Sequence[float], scratch: str | None = None, cache: str | None = None) -> None:
+    def __init__(self, seconds: Sequence[float], scratch: str | None = None,
+                 machine: WorkerSettings | None = None) -> None:
         """Start; see Job. seconds: what each of the meshes will take, estimated, which makes their shares of `fraction`."""
-        super().__init__(lambda folder: None, scratch, cache)
+        super().__init__(lambda folder: None, scratch, machine)
         self._shares = [max(s, 1e-3) / sum(max(s, 1e-3) for s in seconds) for s in seconds]
         self._outcomes: list[Compressed | Exception | int | None] = [None] * len(self._shares)
         self._added = 0
@@ -263,14 +265,28 @@ class CompressJob(Job):
 class ReadJob(Job):
     """Read .npmesh files; the result is a Received for each, or the NpmError that says why there is none."""
 
-    def __init__(self, paths: list[Path], scratch: str | None = None, cache: str | None = None) -> None:
+    def __init__(self, paths: list[Path], scratch: str | None = None,
+                 machine: WorkerSettings | None = None) -> None:
         """Start; see Job."""
         from .worker import write_paths
 
-        super().__init__(lambda folder: write_paths(folder, paths), scratch, cache)
+        super().__init__(lambda folder: write_paths(folder, paths), scratch, machine)
 
     def _collect(self, report: list[dict]) -> "list[Received | errors.NpmError]":
         return [_error(said) if "error" in said else self._received(k) for k, said in enumerate(report)]
+
+
+class CheckJob(Job):
+    """Load every package that the worker uses; the result is `packages.loaded()` of that process."""
+
+    def __init__(self, scratch: str | None = None, machine: WorkerSettings | None = None) -> None:
+        """Start; see Job."""
+        from .worker import CHECK
+
+        super().__init__(lambda folder: (folder / CHECK).touch(), scratch, machine)
+
+    def _collect(self, report: list[dict]) -> list[dict]:
+        return report
 
 
 def running() -> tuple[Job, ...]:
@@ -298,16 +314,15 @@ def _command(folder: Path) -> list[str]:
     return [sys.executable, "-P", "-c", BOOTSTRAP, __package__, str(PACKAGE_FOLDER), str(folder)]
 
 
-def _environment(folder: Path, cache: str | None) -> dict[str, str]:
+def _environment(folder: Path, machine: WorkerSettings) -> dict[str, str]:
     """The worker's environment: the packages that this process sees, and temporary files in the job's folder."""
     packages = [p for p in sys.path if os.path.basename(p) in ("site-packages", "dist-packages")]
     env = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON") or k == "PYTHONDONTWRITEBYTECODE"}
-    env["PYTHONPATH"] = os.pathsep.join(packages)
+    env["PYTHONPATH"] = os.pathsep.join(machine.packages(packages))
     env.update(dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder)))
     if sys.flags.no_user_site:
         env["PYTHONNOUSERSITE"] = "1"
-    if cache:
-        env["NUMBA_CACHE_DIR"] = cache
+    env.update(machine.variables())
     return env
 
 

@@ -1,7 +1,7 @@
 """What the extension adds to Blender, in order; taken away in reverse."""
 import bpy
 
-from . import jobs, preview, properties
+from . import jobs, preferences, preview, properties
 from .operators import (
     compress,
     decoded,
@@ -11,13 +11,14 @@ from .operators import (
     lod_set,
     play,
     storage,
+    upkeep,
 )
 from .panels import common as panel_parts
 from .panels import compress as compress_panel
 from .panels import preview as preview_panel
 
-MODULES = (properties, compress, export_stream, import_stream, decoded, storage, play, lod_set, export_gltf,
-           preview_panel, compress_panel)
+MODULES = (preferences, upkeep, properties, compress, export_stream, import_stream, decoded, storage, play, lod_set,
+           export_gltf, preview_panel, compress_panel)
 
 MENUS = (
     (bpy.types.TOPBAR_MT_file_import, import_stream.menu),
@@ -41,7 +42,8 @@ def run_command(argv: list[str]) -> int:
     """`blender --command npmesh ARGS`: the command line of `python -m npm_blender`."""
     from .cli import main
 
-    return main(argv)
+    with preferences.worker_settings().in_this_process():
+        return main(argv)
 
 
 def register() -> None:

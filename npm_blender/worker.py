@@ -1,8 +1,9 @@
 """The worker process, so that Blender's window stays alive: `python -m npm_blender.worker FOLDER`; see jobs.py.
 
-In, either paths.json in FOLDER, with the names of .npmesh files to read; or, on standard input, one number k a line for
-each mesh to compress, with mesh<k>.npz, that is, V (n, 3) and F (m, 3), and mesh<k>.json, the fields of
-CompressSettings, in FOLDER. Out, in FOLDER: 0.npmesh, 0.npz and 0.measured, 1.npmesh ..., streams, what was read from
+In, either paths.json in FOLDER, with the names of .npmesh files to read; or `check` in FOLDER, to load every package and
+report; or, on standard input, one number k a line for each mesh to compress, with mesh<k>.npz, that is, V (n, 3) and
+F (m, 3), and mesh<k>.json, the fields of CompressSettings, in FOLDER. What it may use of the machine is in its
+environment (worker_settings.py). Out, in FOLDER: 0.npmesh, 0.npz and 0.measured, 1.npmesh ..., streams, what was read from
 them and how far they are from the mesh; and on standard output one JSON object a line: {"fraction", "message"} while it
 runs, then {"report"} or {"error", "message"}, for each mesh or for all files together. Ends when its standard input
 closes, that is, with the program that started it. Never loads bpy.
@@ -24,12 +25,14 @@ from .core.errors import MeshError, NpmError, StreamError
 from .core.progress import part
 from .core.settings import CompressSettings, LodSettings
 from .dependencies import named_dependencies
+from .packages import loaded
+from .worker_settings import compute_settings
 
 if TYPE_CHECKING:
     from .core.mesh import TriMesh
     from .core.received import Received
 
-PATHS = "paths.json"
+PATHS, CHECK = "paths.json", "check"
 SECONDS_BETWEEN_REPORTS = 0.05
 MEASURING = 0.1  # share of the progress bar for measuring the errors of what was compressed
 
@@ -60,6 +63,8 @@ def run(folder: Path, tasks: "queue.SimpleQueue[int]") -> int:
     _say(fraction=0.0, message=_unless_first("Starting"))
     if (folder / PATHS).exists():
         return _answer(lambda: _read(folder))
+    if (folder / CHECK).exists():
+        return _answer(loaded)
     while True:  # the parent ends this process
         k = tasks.get()
         _answer(lambda: _compress(folder, k))  # noqa: B023 - called at once
@@ -95,7 +100,7 @@ def _compress(folder: Path, k: int) -> dict:
         settings, notes = _possible(CompressSettings(**{**fields, "lod": LodSettings(**fields["lod"])}))
         compiled = is_cold(collapses.run)
         reporter = _Reporter()
-        compressed = compress(mesh, settings, part(reporter, 0.0, 1 - MEASURING))
+        compressed = compress(mesh, settings, part(reporter, 0.0, 1 - MEASURING), compute_settings())
         received = receive(compressed.data)
         measured = measure(received.open(), mesh, part(reporter, 1 - MEASURING, 1.0))
     except MemoryError:

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 from ..core.settings import AUTO, CLEAN_MODES, CompressSettings, LodSettings
+from ..worker_settings import compute_settings
 from .console import ProgressLine, print_json
 from .files import STREAM_SUFFIX, check_input, check_output, write_atomic
 
@@ -104,7 +105,7 @@ def compress_file(source: Path, target: Path, settings: CompressSettings, progre
     seconds = {"read": time.perf_counter() - start}
     from ..core.codec import compress  # after reading: a file that cannot be read is reported at once
 
-    done = compress(mesh, settings, progress)
+    done = compress(mesh, settings, progress, compute_settings())
     start = time.perf_counter()
     write_atomic(target, done.data)
     wrote = time.perf_counter() - start

@@ -15,10 +15,13 @@ from .errors import FileError
 from .files import write_file
 
 LIMIT = 256 << 20  # bytes of all entries together; the ones not used for longest go first
+FOLDER_VARIABLE = "NPMESH_CACHE"  # in the environment: use this folder
 
 
 def user_cache() -> Path:
-    """The folder for this package's results among the user's caches; it need not exist."""
+    """The folder for this package's results: FOLDER_VARIABLE's, or one among the user's caches; it need not exist."""
+    if chosen := os.environ.get(FOLDER_VARIABLE):
+        return Path(chosen)
     home = Path(os.path.expanduser("~"))
     if sys.platform == "win32":
         base = os.environ.get("LOCALAPPDATA") or home / "AppData" / "Local"

@@ -10,6 +10,7 @@ from .. import bridge, estimate, jobs
 from ..core.errors import MeshError, NpmError
 from ..core.settings import CompressSettings
 from ..dependencies import cache_folder
+from ..preferences import worker_settings
 from .job_operator import JobOperator, Steps, one_line
 from .target import fingerprint
 
@@ -52,7 +53,7 @@ class BatchOperator(JobOperator):
         self._items = [Item(obj.session_uid, obj.name) for obj in sources]
         self._settings, self._gathered, self._given = settings, 0, mesh
         seconds = expected_seconds(sources, settings, context.view_layer.depsgraph)
-        job = jobs.CompressJob(seconds, bpy.app.tempdir, cache_folder())
+        job = jobs.CompressJob(seconds, bpy.app.tempdir, worker_settings())
         job.estimate = rates().start + sum(seconds)
         return self.run_job(context, job)
 

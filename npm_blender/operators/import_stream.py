@@ -7,7 +7,8 @@ from bpy_extras.io_utils import ImportHelper, poll_file_object_drop
 
 from .. import jobs, preview
 from ..core.errors import NpmError
-from ..dependencies import cache_folder, receive
+from ..dependencies import receive
+from ..preferences import worker_settings
 from .export_stream import SUFFIX
 from .job_operator import JobOperator, one_line
 
@@ -45,7 +46,7 @@ class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
         if self.blocks():
             return self.run_steps(context, self.finish(context, [_received(path) for path in self._paths]))
         try:
-            return self.run_job(context, jobs.ReadJob(self._paths, bpy.app.tempdir, cache_folder()))
+            return self.run_job(context, jobs.ReadJob(self._paths, bpy.app.tempdir, worker_settings()))
         except (NpmError, OSError) as error:
             self.report({"ERROR"}, one_line(error))
             return {"CANCELLED"}

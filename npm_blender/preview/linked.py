@@ -12,7 +12,8 @@ import bpy
 from .. import jobs
 from ..core.errors import NpmError, StreamError
 from ..core.files import read_file
-from ..dependencies import cache_folder, open_received, receive
+from ..dependencies import open_received, receive
+from ..preferences import worker_settings
 from . import decoders, kept, levels
 
 if TYPE_CHECKING:
@@ -114,7 +115,7 @@ def _relative(path: str, blend: str) -> str:
 
 
 def _job(path: Path) -> jobs.ReadJob:
-    return jobs.ReadJob([path], bpy.app.tempdir, cache_folder())
+    return jobs.ReadJob([path], bpy.app.tempdir, worker_settings())
 
 
 def _result(job: jobs.ReadJob) -> "Received":

@@ -172,7 +172,7 @@ def test_missing_numba(tmp_path, monkeypatch):
     assert sys.path[0] == str(blocked)
     add_object()
     message = refusal(bpy.ops.object.npmesh_compress, **SMALL)
-    assert "Expected the Python package numba, found none; reinstall the extension" in message
+    assert "Expected the Python package numba, found none; disable and enable the extension" in message
     assert len(bpy.data.objects) == 1 and not leftovers()
 
 
@@ -188,7 +188,7 @@ def test_missing_weights(part, tmp_path, monkeypatch):
 def start_job(part, obj):
     """A job that compresses one object."""
     mesh = part("bridge").mesh_of(obj, bpy.context.evaluated_depsgraph_get())
-    job = part("jobs").CompressJob([1.0], scratch=bpy.app.tempdir, cache=part("dependencies").cache_folder())
+    job = part("jobs").CompressJob([1.0], scratch=bpy.app.tempdir, machine=part("preferences").worker_settings())
     job.add(mesh, part("core.settings").CompressSettings(refine_steps=0))
     return job
 

@@ -117,7 +117,7 @@ def test_the_worker_reads_what_can_be_read(part, stream, tmp_path):
     for name, data in contents.items():
         (tmp_path / f"{name}.npmesh").write_bytes(data)
     paths = [tmp_path / f"{name}.npmesh" for name in (*contents, "missing")]
-    job = jobs.ReadJob(paths, bpy.app.tempdir, part("dependencies").cache_folder())
+    job = jobs.ReadJob(paths, bpy.app.tempdir, part("preferences").worker_settings())
     whole, cut, *refused = job.wait()
     assert whole.data == stream and whole.arrays == part("core.received").receive(stream).arrays
     assert cut.data == contents["cut"] and cut.open().features < whole.open().features
