@@ -27,7 +27,7 @@ def mesh_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> "TriMesh":
     from .core.mesh import TriMesh
 
     evaluated = obj.evaluated_get(depsgraph)
-    if not evaluated.is_evaluated:
+    if obj.hide_viewport or not _enabled(obj, depsgraph.view_layer.layer_collection):  # then modifiers do not count
         raise MeshError(f"Expected '{obj.name}' with its modifiers evaluated, found it disabled in viewports or its "
                         "collection excluded; enable it first")
     try:
@@ -39,6 +39,13 @@ def mesh_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> "TriMesh":
     except MemoryError:
         raise MeshError("Expected a mesh that fits into memory, found too little free; "
                         "close other programs, or decimate the mesh first") from None
+
+
+def _enabled(obj: bpy.types.Object, layer: bpy.types.LayerCollection) -> bool:
+    """Whether `obj` is in a collection below `layer` that neither is excluded nor disabled in viewports."""
+    if layer.exclude or layer.collection.hide_viewport:
+        return False
+    return layer.collection in obj.users_collection or any(_enabled(obj, child) for child in layer.children)
 
 
 def _triangles(mesh: bpy.types.Mesh) -> "tuple[np.ndarray, np.ndarray]":

@@ -4,7 +4,7 @@ from bpy.props import BoolProperty
 
 from .. import bridge, jobs, preview
 from ..core.errors import NpmError
-from ..properties import SETTING_NAMES, CompressionProperties
+from ..properties import SETTING_NAMES, CompressionProperties, PresetArgument
 from .batch import BatchOperator
 from .job_operator import one_line
 from .target import chosen_settings, poll_selected, sources_of
@@ -26,7 +26,7 @@ def store(obj: bpy.types.Object, result: jobs.Compressed, made_from: str) -> Non
     obj.npmesh.report = "\n".join(line[0].upper() + line[1:] for line in lines if line)
 
 
-class OBJECT_OT_npmesh_compress(CompressionProperties, BatchOperator, bpy.types.Operator):
+class OBJECT_OT_npmesh_compress(PresetArgument, CompressionProperties, BatchOperator, bpy.types.Operator):
     """Compress the selected objects, each with its modifiers applied, and show the results in their place. \
 All get the settings of the active one; the objects themselves stay as they are"""
 

@@ -7,7 +7,7 @@ from bpy_extras.io_utils import ExportHelper
 
 from .. import bridge, jobs, preview
 from ..core.errors import FileError, NpmError
-from ..properties import SETTING_NAMES, CompressionProperties, draw_settings
+from ..properties import SETTING_NAMES, CompressionProperties, PresetArgument, draw_settings
 from .batch import BatchOperator
 from .compress import store
 from .job_operator import one_line
@@ -16,7 +16,7 @@ from .target import chosen_settings, fingerprint, poll_mesh
 SUFFIX = ".npmesh"
 
 
-class EXPORT_SCENE_OT_npmesh(CompressionProperties, BatchOperator, bpy.types.Operator, ExportHelper):
+class EXPORT_SCENE_OT_npmesh(PresetArgument, CompressionProperties, BatchOperator, bpy.types.Operator, ExportHelper):
     """Write the active mesh object as a progressive mesh; any beginning of the file already shows the whole shape"""
 
     bl_idname = "export_scene.npmesh"
@@ -86,7 +86,7 @@ class EXPORT_SCENE_OT_npmesh(CompressionProperties, BatchOperator, bpy.types.Ope
             raise FileError(f"Expected an existing folder, found none at '{path.parent}'; create it first")
 
     def _shown_part(self, obj: bpy.types.Object) -> bytes:
-        decoder, data = preview.decoder_of(obj), obj[preview.STREAM]
+        decoder, data = preview.decoder_of(obj), preview.received_of(obj).data
         return data[:decoder.bytes_for(obj.npmesh.features)] if self.only_shown else data
 
     def _write(self, data: bytes) -> None:

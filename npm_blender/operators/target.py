@@ -7,7 +7,7 @@ import bpy
 from .. import bridge, preview
 from ..core.errors import MeshError
 from ..core.settings import CompressSettings
-from ..properties import SETTING_NAMES, settings_of
+from ..properties import SETTING_NAMES, set_preset, settings_of
 
 if TYPE_CHECKING:
     from ..core.mesh import TriMesh
@@ -120,8 +120,10 @@ def source_of(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> bpy.typ
 def chosen_settings(operator, obj: bpy.types.Object) -> CompressSettings:
     """The settings of `obj`, after taking over what the operator was told. Raises SettingsError.
 
-    Base faces that the operator was told count, whatever the object had.
+    A preset sets all numbers, then those that the operator was told. Base faces that it was told count, whatever the
+    object had.
     """
+    set_preset(obj.npmesh, operator.preset)
     if operator.properties.is_property_set("base_faces"):
         obj.npmesh.auto_base = False
     for name in SETTING_NAMES:

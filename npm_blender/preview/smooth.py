@@ -7,7 +7,9 @@ import math
 
 import bpy
 
-SHADINGS = (("SMOOTH", "Smooth", ""), ("ANGLE", "Smooth by Angle", ""), ("FLAT", "Flat", ""))
+SHADINGS = (("SMOOTH", "Smooth", "All edges are drawn smooth"),
+            ("ANGLE", "Smooth by Angle", "Edges are drawn sharp beyond an angle"),
+            ("FLAT", "Flat", "All edges are drawn sharp"))
 MODIFIER = "Smooth by Angle"
 TOLERANCE = math.radians(0.5)  # edges this close to the angle may be on either side of it
 

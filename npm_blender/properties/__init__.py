@@ -6,11 +6,19 @@ beside it as a custom property of bytes (`preview.STREAM`).
 import bpy
 from bpy.props import StringProperty
 
-from .compression import SETTING_NAMES, CompressionProperties, draw_settings, settings_of
+from .compression import (
+    SETTING_NAMES,
+    CompressionProperties,
+    PresetArgument,
+    PresetProperty,
+    draw_settings,
+    set_preset,
+    settings_of,
+)
 from .preview import NpmLevelMesh, PreviewProperties
 
 
-class NpmObject(CompressionProperties, PreviewProperties, bpy.types.PropertyGroup):
+class NpmObject(PresetProperty, CompressionProperties, PreviewProperties, bpy.types.PropertyGroup):
     """`Object.npmesh`: settings of any mesh object, its compressed result, and the state of a preview."""
 
     # The compressed result; on the compressed object and on its preview
@@ -20,4 +28,5 @@ class NpmObject(CompressionProperties, PreviewProperties, bpy.types.PropertyGrou
 
 CLASSES = (NpmLevelMesh, NpmObject)
 
-__all__ = ["CLASSES", "SETTING_NAMES", "CompressionProperties", "NpmObject", "draw_settings", "settings_of"]
+__all__ = ["CLASSES", "SETTING_NAMES", "CompressionProperties", "NpmObject", "PresetArgument", "draw_settings",
+           "set_preset", "settings_of"]

@@ -23,6 +23,7 @@ PRESETS = {
 CUSTOM = "CUSTOM"
 _PRESET_ITEMS = (*((name, label, text) for name, (label, text, _) in PRESETS.items()),
                  (CUSTOM, "Custom", "Numbers of your own: change any of them"))
+_PRESET_NAMES = [item[0] for item in _PRESET_ITEMS]
 
 
 def preset_of(source: "CompressionProperties") -> str:
@@ -39,18 +40,9 @@ def set_preset(source: "CompressionProperties", name: str) -> None:
         setattr(source, key, value)
 
 
-def _preset_names() -> list[str]:
-    return [item[0] for item in _PRESET_ITEMS]
-
-
 class CompressionProperties:
     """The settings, once for objects and operators; the numbers and their ranges are those of the core."""
 
-    preset: EnumProperty(  # the first, so that an operator's other arguments count on top of it
-        name="Preset", options=_OPERATOR_FORGETS, items=_PRESET_ITEMS,
-        get=lambda self: _preset_names().index(preset_of(self)),
-        set=lambda self, value: set_preset(self, _preset_names()[value]),
-        description="How much effort goes into the file. Sets the numbers below")
     auto_base: BoolProperty(
         name="Automatic Base", default=False, options=_OPERATOR_FORGETS,
         description="Choose the faces of the base from the shape: few for a smooth shape, up to 2,000 for one full of detail, "
@@ -79,7 +71,25 @@ class CompressionProperties:
                     "the same bytes and take longer; 0 is fastest. Needs PyTorch, and is left out without it")
 
 
-SETTING_NAMES = tuple(name for name in CompressionProperties.__annotations__ if name != "preset")
+SETTING_NAMES = tuple(CompressionProperties.__annotations__)
+
+
+class PresetProperty:
+    """The preset of an object."""
+
+    preset: EnumProperty(
+        name="Preset", options=set(), items=_PRESET_ITEMS,
+        get=lambda self: _PRESET_NAMES.index(preset_of(self)),
+        set=lambda self, value: set_preset(self, _PRESET_NAMES[value]),
+        description="How much effort goes into the file. Sets the numbers below")
+
+
+class PresetArgument:
+    """The preset as an operator is told it, by a script: the numbers that it is told count on top."""
+
+    preset: EnumProperty(
+        name="Preset", options={"HIDDEN", "SKIP_SAVE"}, items=_PRESET_ITEMS, default=CUSTOM,
+        description="How much effort goes into the file. Sets all numbers that are not given")
 
 
 def settings_of(source: CompressionProperties) -> CompressSettings:
@@ -90,8 +100,9 @@ def settings_of(source: CompressionProperties) -> CompressSettings:
 
 
 def draw_settings(layout: bpy.types.UILayout, source: CompressionProperties) -> None:
-    """The preset and the numbers behind it, one below the other; what another one overrules is greyed out."""
-    layout.prop(source, "preset")
+    """The preset, if it is an object's, and the numbers, one below the other; what another one overrules is greyed out."""
+    if isinstance(source, PresetProperty):
+        layout.prop(source, "preset")
     for name in SETTING_NAMES:
         row = layout.row()
         row.enabled = name != "base_faces" or not source.auto_base

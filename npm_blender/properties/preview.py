@@ -23,20 +23,20 @@ _RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) els
 class NpmLevelMesh(bpy.types.PropertyGroup):
     """The mesh of one level of a preview; none until the level is first shown."""
 
-    mesh: PointerProperty(type=bpy.types.Mesh)
+    mesh: PointerProperty(type=bpy.types.Mesh, description="The mesh of this level")
 
 
 class PreviewProperties:
     """The part of `Object.npmesh` that belongs to previews."""
 
     # Set once, when the preview is made
-    is_preview: BoolProperty()
+    is_preview: BoolProperty(description="Whether this object shows a compressed stream")
     digest: StringProperty(description="Names the stream")
     filepath: StringProperty(
         name="File", subtype="FILE_PATH", options=_RELATIVE, update=updates.on_path,
         description="File of a stream that is not packed in the .blend; // means the folder of the .blend")
     source: PointerProperty(type=bpy.types.Object, description="The compressed object; none for an opened file")
-    meshes: CollectionProperty(type=NpmLevelMesh)
+    meshes: CollectionProperty(type=NpmLevelMesh, description="One mesh for each level")
     level_count: IntProperty(description="Levels above the base")
     stream_base_faces: IntProperty(description="Faces of the base mesh of the stream")
     total_features: IntProperty(description="Features that the stream promises")
