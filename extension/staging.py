@@ -4,7 +4,6 @@ import shutil
 import tomllib
 from pathlib import Path
 
-
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "npm_blender"
 LICENSE = ROOT / "LICENSE"
