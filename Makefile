@@ -9,10 +9,10 @@ VENV := .venv
 PY := $(VENV)/bin/python
 PIP := $(PY) -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo bench test lint clean
+.PHONY: help demo bench test lint extension check-extension clean
 
 help:  ## Show this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: $(VENV)/.demo  ## Compress, measure and render a sculpt (or MESH=path) into out/demo
 	$(PY) -m npm_blender demo $(if $(MESH),"$(MESH)")
@@ -25,6 +25,12 @@ test: $(VENV)/.test  ## Run the tests (or those of TESTS=path)
 
 lint: $(VENV)/.test  ## Check the style
 	$(PY) -m ruff check
+
+extension: $(VENV)/.demo  ## Build the extension's zips into dist (DEBIAN=1: for Debian's Blenders; BLENDER=path builds)
+	$(PY) -m extension.build $(if $(DEBIAN),--debian) $(if $(BLENDER),--blender "$(BLENDER)")
+
+check-extension: $(PY)  ## Install the zip in a Blender of factory settings (BLENDER=path) and use it, without torch
+	$(if $(BLENDER),BLENDER="$(BLENDER)") $(PY) -m extension.check_install
 
 clean:  ## Remove what the other targets made
 	rm -rf $(VENV) out build dist
