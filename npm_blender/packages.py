@@ -2,7 +2,6 @@
 
 `found` looks without loading any, for the preferences; `loaded` loads them, in the worker process.
 """
-import importlib.metadata
 import importlib.util
 import re
 import sys
@@ -62,9 +61,11 @@ def _status(package: Package) -> Status:
     folder = Path(spec.origin).parents[1]
     if package is TORCH:
         return _torch_at(folder)
+    from importlib import metadata  # here: it loads much
+
     try:
-        version = importlib.metadata.version(package.name)
-    except importlib.metadata.PackageNotFoundError:
+        version = metadata.version(package.name)
+    except metadata.PackageNotFoundError:
         version = "unknown version"
     return Status(package, version, "", str(folder))
 
