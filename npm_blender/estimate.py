@@ -42,8 +42,8 @@ def learned(rates: Rates, report: dict, settings: CompressSettings, start: float
         rates,
         per_face=sum(stages.get(name, 0.0) for name in ("clean", "decimate", "levels")) / report["faces"],
         per_fine_face=sum(stages.get(name, 0.0) for name in ("encode", "order", "write")) / fine)
-    if settings.refine_steps:
-        rates = replace(rates, per_step=stages.get("refine", 0.0) / (settings.refine_steps * fine))
+    if settings.refine_steps and "refine" in stages:  # not where torch is missing
+        rates = replace(rates, per_step=stages["refine"] / (settings.refine_steps * fine))
     return rates if start is None else replace(rates, start=max(start, 0.0))
 
 

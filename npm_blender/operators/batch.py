@@ -1,12 +1,12 @@
 """Compressing objects one after the other in one job: gather their meshes, follow the job, hand out the results."""
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import bpy
 
-from .. import bridge, estimate, jobs
+from .. import bridge, estimate, jobs, preferences
 from ..core.errors import MeshError, NpmError
 from ..core.settings import CompressSettings
 from ..dependencies import cache_folder
@@ -112,6 +112,12 @@ class BatchOperator(JobOperator):
         return {"FINISHED"} if done else {"CANCELLED"}
 
 
+def finds_torch() -> bool:
+    """Whether the worker will have PyTorch, without which nothing is refined."""
+    chosen = preferences.current()
+    return not preferences.find_packages(chosen.torch_folder if chosen else "")[-1].problem
+
+
 def rates() -> estimate.Rates:
     """How fast this machine compresses."""
     if not _rates:
@@ -135,4 +141,6 @@ def learn(outcomes: list, settings: CompressSettings) -> None:
 def expected_seconds(sources: Sequence[bpy.types.Object], settings: CompressSettings,
                      depsgraph: bpy.types.Depsgraph | None) -> list[float]:
     """What compressing each of the objects will take on this machine, without the start of the worker."""
+    if not finds_torch():
+        settings = replace(settings, refine_steps=0)
     return [rates().seconds(bridge.triangle_count(obj, depsgraph), settings) for obj in sources]

@@ -3,7 +3,7 @@ import bpy
 
 from .. import estimate, jobs, preview
 from ..core.errors import SettingsError
-from ..operators.batch import expected_seconds, rates
+from ..operators.batch import expected_seconds, finds_torch, rates
 from ..operators.compress import OBJECT_OT_npmesh_cancel, OBJECT_OT_npmesh_compress
 from ..operators.decoded import OBJECT_OT_npmesh_preview
 from ..operators.target import candidates, unfit
@@ -30,6 +30,8 @@ class VIEW3D_PT_npmesh_compress(Sidebar, bpy.types.Panel):
         settings = layout.column()
         settings.use_property_split, settings.use_property_decorate = True, False
         draw_settings(settings, source.npmesh)
+        if source.npmesh.refine_steps and not finds_torch():
+            lines(layout, "Not refined: PyTorch was not found, see the preferences", "INFO", width)
         if not jobs.running():
             _buttons(layout, context, obj, source, selected)
         if source.npmesh.report:

@@ -53,6 +53,8 @@ def test_the_last_run_sets_the_rates(part, tmp_path):
     report = {"seconds": stages, "faces": 50_000, "base_faces": 400, "levels": 3}
     rates = estimate.learned(estimate.Rates(), report, settings, 2.0)
     assert rates.start == 2.0 and rates.seconds(50_000, settings) == pytest.approx(25.0)
+    without_torch = {**report, "seconds": {k: v for k, v in stages.items() if k != "refine"}}
+    assert estimate.learned(rates, without_torch, settings, None).per_step == rates.per_step
     unrefined = part("core.settings").CompressSettings(refine_steps=0)
     assert estimate.learned(rates, report, unrefined, None).per_step == rates.per_step
     estimate.save(str(tmp_path), rates)
@@ -79,6 +81,15 @@ def test_what_is_left_starts_with_the_estimate_and_ends_with_nothing(part):
     (0.2, "1 s"), (4.1, "5 s"), (12, "15 s"), (61, "65 s"), (100, "2 min"), (5399, "90 min"), (7200, "2.0 h")])
 def test_durations_as_people_say_them(part, seconds, text):
     assert part("estimate").text(seconds) == text
+
+
+def test_without_torch_no_refinement_is_estimated(part, monkeypatch):
+    batch, settings = part("operators.batch"), part("core.settings").CompressSettings(refine_steps=50)
+    obj, seconds = add_object(subdivisions=4), {}
+    for there in (True, False):
+        monkeypatch.setattr(batch, "finds_torch", lambda there=there: there)
+        seconds[there], = batch.expected_seconds([obj], settings, bpy.context.view_layer.depsgraph)
+    assert seconds[False] < seconds[True] / 10
 
 
 def test_compressing_teaches(part, monkeypatch):
