@@ -3,7 +3,7 @@
 The finest level depends linearly on what is sent, as long as the normals stay. So each pass takes the distances of the
 middles of its edges to the input, each along the line to its closest point, and improves base and integers level by
 level on that quadratic model: integers one by one, each to the value with the least distance plus price times bits.
-Squared distances are weighted by 1 / distance, so that the sum of them is what d_pm measures.
+Squared distances are weighted by a power of 1 / distance, between plain squares and the sum that d_pm is.
 """
 
 from typing import NamedTuple
@@ -20,6 +20,8 @@ from .shape import Scheme
 from .stencils import edge_points
 from .symbols import neighbours
 
+POWER = 0.6  # see Fit; 1 would be what d_pm sums up, but lets go of what is far away
+DAMPING = 0.01  # of a level's mean curvature, against steps where nothing is known
 _LARGEST = 6  # values of a rate table: 0..5, then two bits more per doubling
 _CLASSES = 4
 _TOUCHED = 1.5  # samples (weighted by their squared share) that a vertex of the finest level moves
@@ -165,8 +167,8 @@ def measured_rate(value: np.ndarray, old: np.ndarray, near: np.ndarray, first: n
 class Fit:
     """One input under one scheme."""
 
-    def __init__(self, target: Target, scheme: Scheme, power: float = 1.0) -> None:
-        """power: 1 for weights 1 / distance, 0 for plain squares."""
+    def __init__(self, target: Target, scheme: Scheme, power: float = POWER) -> None:
+        """power: squares are weighted by distance ** -power: 1 sums distances, 0 plain squares."""
         self.target, self.scheme, self.power = target, scheme, power
         self.samples = Samples(scheme)
         self.near = neighbours(scheme.hierarchy)
@@ -230,7 +232,7 @@ class Fit:
         per_vertex = np.repeat(steps, np.diff(scheme.first))
         value = value.copy()
         rate = rate or default_rate(scheme.levels)
-        floor = floor or steps[-1] / 4
+        floor = floor or steps[-1] / 2
         finest = max((v for v in range(scheme.levels + 1) if value[scheme.new_at(v)].any()), default=0)
         for _ in range(passes):
             top = min(max(finest + 1, 1), scheme.levels)
@@ -247,6 +249,7 @@ class Fit:
                 JT = J.T.tocsr()
                 JT = csr_matrix((JT.data * weight[JT.indices] * (step * len(r) / k), JT.indices, JT.indptr), JT.shape)
                 A = csr_matrix(JT @ J) * step
+                A = csr_matrix(A + DAMPING * A.diagonal().mean() * identity(A.shape[0]))
                 _descend(A.indptr, A.indices, A.data, A.diagonal(), -(JT @ r[:k]), value, old, self.near, now.start,
                          rate.fresh[level], rate.again, price, 3)
                 moved = (value[now] - before) * step

@@ -10,12 +10,13 @@ from npm_blender.core.mesh import TriMesh
 
 from .fit import Fit, Rate, Target
 from .shape import Scheme
-from .stream import SMOOTHEST, Settings, write
+from .stream import SMOOTHEST, STEP_UNIT, Settings, write
 
 SMOOTH = (0, 4, 8)  # of SMOOTHEST, tried in turn
-GROWTH = 26
-TRADE = 0.12  # price of a bit in squared steps; 0.1155 = 2 ln 2 / 12 balances a uniform quantizer
-COARSEST = 33  # of Settings.step: 2**-8.25 = 33e-4
+GROWTH = 22  # of GROWTH_UNIT
+TRADE = 0.04  # price of a bit in squared steps
+COARSEST = 116  # of Settings.step: 2**-7.25 = 66e-4
+FINEST = 256
 
 
 @dataclass
@@ -45,25 +46,21 @@ class Base:
         return write(settings, self.fit.scheme.F0, self.ints, self.fit.near, table)
 
 
-def bases(mesh: TriMesh, target: Target, sizes: tuple[tuple[int, int, int], ...]) -> list[Base]:
-    """A base of each size (faces, levels, position bits), with the scheme that suits the first of them best."""
-    out, smooth = [], SMOOTH
-    for faces, levels, bits in sizes:
-        decimation = decimate(mesh, faces)
-        order = canonical_order(decimation.F0, len(decimation.V0))
-        V0, best = decimation.V0[order.vertices], None
-        for s in smooth:
-            scheme = Scheme(order.F, len(V0), levels, s / SMOOTHEST)
-            fit = Fit(target, scheme)
-            d = np.zeros(int(scheme.first[-1]))
-            V = fit.base(V0, d)
-            found = Base(fit, fit.on_lattice(V, d, bits), bits, s)
-            distance = fit.distance(found.V0, d)
-            if best is None or distance < best[0]:
-                best = (distance, found)
-        out.append(best[1])
-        smooth = (best[1].smooth,)
-    return out
+def fitted(mesh: TriMesh, target: Target, faces: int, levels: int, bits: int, smooth: tuple[int, ...] = SMOOTH) -> Base:
+    """The base of about so many faces, under that of the schemes whose surface without detail is nearest to the input."""
+    decimation = decimate(mesh, faces)
+    order = canonical_order(decimation.F0, len(decimation.V0))
+    V0, best, nearest = decimation.V0[order.vertices], None, np.inf
+    for s in smooth:
+        scheme = Scheme(order.F, len(V0), levels, s / SMOOTHEST)
+        fit = Fit(target, scheme)
+        d = np.zeros(int(scheme.first[-1]))
+        V = fit.base(V0, d)
+        found = Base(fit, fit.on_lattice(V, d, bits), bits, s)
+        distance = fit.distance(found.V0, d)
+        if best is None or distance < nearest:
+            best, nearest = found, distance
+    return best
 
 
 @dataclass
@@ -77,17 +74,57 @@ class Point:
     distance: float
 
 
-def point(base: Base, step: int, start: Point | None, passes: int) -> Point:
+def point(base: Base, step: int, start: Point | None, passes: int, trade: float = TRADE) -> Point:
     """Encode at a step, from the integers of another."""
     settings = base.settings(step)
     value, rate = base.none(), None
     if start is not None:
-        value = np.rint(start.value * 2.0 ** ((step - start.step) / 4)).astype(np.int64)
+        value = np.rint(start.value * 2.0 ** ((step - start.step) / STEP_UNIT)).astype(np.int64)
         rate = start.rate
     steps = settings.steps(0)
-    value, rate = base.fit.integers(base.V0, steps, value, np.zeros_like(value), TRADE, passes, rate)
+    value, rate = base.fit.integers(base.V0, steps, value, np.zeros_like(value), trade, passes, rate)
     d = value * np.repeat(steps, np.diff(base.fit.scheme.first))
     return Point(step, value, rate, base.write(settings, value[None]), base.fit.distance(base.V0, d))
+
+
+def sweep(base: Base, first: int, most: int, passes: int) -> list[Point]:
+    """Points with halving steps, from Settings.step `first` until `most` bytes are exceeded."""
+    out: list[Point] = []
+    for step in range(first, FINEST + 1, STEP_UNIT):
+        out.append(point(base, step, out[-1] if out else None, passes))
+        now = out[-1]
+        if len(now.data) > most:
+            break
+    return out
+
+
+def between(base: Base, points: list[Point], budget: int, passes: int) -> Point | None:
+    """A point of at most `budget` bytes and little less, or None."""
+    below = [p for p in points if len(p.data) <= budget]
+    if not below:
+        return None
+    best = below[-1]
+    above = points[len(below):len(below) + 1]
+    if not above or len(best.data) > 0.97 * budget:
+        return best
+    low, high = np.log([len(best.data), len(above[0].data)])
+    step = best.step + int((np.log(0.99 * budget) - low) / (high - low) * (above[0].step - best.step))
+    for _ in range(3):
+        if step <= best.step:
+            break
+        found = point(base, step, best, passes)
+        if len(found.data) <= budget:
+            return found
+        step -= max(1, int(np.ceil(STEP_UNIT * np.log2(len(found.data) / budget) * 1.3)))
+    return best
+
+
+def expected(points: list[Point], budget: int) -> float:
+    """Logarithm of the distance that a budget should reach, infinite below the first point."""
+    size = np.log([len(p.data) for p in points])
+    if np.log(budget) < size[0]:
+        return np.inf
+    return float(np.interp(np.log(budget), size, np.log([max(p.distance, 1e-9) for p in points])))
 
 
 def staged(base: Base, first: int, most: int, passes: int = 3) -> bytes:

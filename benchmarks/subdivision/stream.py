@@ -15,7 +15,7 @@ from .shape import Scheme
 
 _FIELDS = 6
 _MAX_LEVELS, _MAX_STAGES, _MAX_BITS = 6, 24, 20
-SMOOTHEST, GROWTH_UNIT, STEP_UNIT = 8, 16, 4
+SMOOTHEST, GROWTH_UNIT, STEP_UNIT = 8, 16, 16
 
 
 @dataclass(frozen=True)
