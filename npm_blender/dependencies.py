@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from .caches import COMPILED
 from .core.errors import DependencyError
-from .packages import AGAIN
+from .packages import remedy
 
 if TYPE_CHECKING:
     from .core.progressive import ProgressiveMesh
@@ -24,7 +24,7 @@ def named_dependencies() -> Iterator[None]:
             raise
         found = "found none" if isinstance(error, ModuleNotFoundError) else f"found one that does not load ({error})"
         raise DependencyError(f"Expected the Python package {name or 'that this step needs'}, {found}; "
-                              f"{AGAIN}") from error
+                              f"{remedy(name)}") from error
 
 
 def receive(data: bytes) -> "Received":

@@ -43,6 +43,11 @@ TORCH = Package(
     f"run 'python{VERSION} -m pip install --target FOLDER torch', and choose that folder as PyTorch Folder")
 
 
+def remedy(name: str) -> str:
+    """What to do about a package that is missing or does not load."""
+    return next((package.remedy for package in (*PACKAGES, TORCH) if package.name == name), AGAIN)
+
+
 def found(torch_folder: str = "") -> tuple[Status, ...]:
     """All packages, torch last, as the worker process will find them. torch_folder: see `torch_in`."""
     torch = _status(TORCH)
