@@ -22,6 +22,7 @@ METHODS = (
     "neural_subdivision",
     "progressive_meshes",
     "subdivision_codec",
+    "subdivision_embedded",
     "meshopt",
     "draco",
 )
