@@ -2,7 +2,7 @@
 from pathlib import Path
 
 import bpy
-from bpy.props import CollectionProperty, StringProperty
+from bpy.props import BoolProperty, CollectionProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper, poll_file_object_drop
 
 from .. import jobs, preview
@@ -10,7 +10,7 @@ from ..core.errors import NpmError
 from ..dependencies import receive
 from ..preferences import worker_settings
 from .export_stream import SUFFIX
-from .job_operator import JobOperator, one_line
+from .job_operator import JobOperator, one_line, opened_ahead
 
 
 class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
@@ -24,6 +24,9 @@ class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
     filepath: StringProperty(subtype="FILE_PATH", options={"HIDDEN", "SKIP_SAVE"})  # set: the file is dropped
     directory: StringProperty(subtype="DIR_PATH", options={"HIDDEN", "SKIP_SAVE"})
     files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    link: BoolProperty(
+        name="Link Files", options={"SKIP_SAVE"},
+        description="Keep only the path and checksum of each file in the .blend, instead of packing its stream")
 
     @classmethod
     def poll(cls, context):
@@ -38,7 +41,7 @@ class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
         return ImportHelper.invoke(self, context, event)
 
     def draw(self, context):
-        """Nothing to set: how a mesh was compressed is in its file."""
+        self.layout.prop(self, "link")
 
     def execute(self, context):
         names = [f.name for f in self.files if f.name]
@@ -60,7 +63,10 @@ class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
             try:
                 if isinstance(received, NpmError):
                     raise received
+                yield from opened_ahead(received)
                 obj = preview.make(context, received, path.stem, None)
+                if self.link:
+                    preview.link(obj, path)
                 opened.append(obj.session_uid)
                 state = obj.npmesh
                 if state.arrived_features < state.total_features:

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ..core.errors import StreamError
-from ..dependencies import open_received
+from ..core.errors import NpmError, StreamError
+from ..dependencies import named_dependencies, open_received
 from . import kept
 
 if TYPE_CHECKING:
@@ -34,6 +34,26 @@ def received_of(obj: bpy.types.Object) -> "Received":
     if received is None:
         raise StreamError(f"Expected the compressed stream in '{obj.name}', found none; open the file again")
     return received
+
+
+def opened(received: "Received") -> "ProgressiveMesh":
+    """The opened stream, from the kept ones if it is there. Raises StreamError, WeightsError or DependencyError."""
+    digest = kept.digest_of(received.data)
+    if digest not in _decoders:
+        keep(digest, open_received(received))
+    _decoders.move_to_end(digest)
+    return _decoders[digest]
+
+
+def warm_up() -> None:
+    """Load what opening a stream needs, while a job runs: it takes as long as opening. Problems show when it opens."""
+    try:
+        with named_dependencies():
+            from ..core import received, weights  # noqa: F401
+
+            weights.load()
+    except NpmError:
+        pass
 
 
 def keep(digest: str, decoder: "ProgressiveMesh") -> None:

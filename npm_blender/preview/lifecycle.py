@@ -3,7 +3,6 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ..dependencies import open_received
 from . import decoders, deviation, kept, levels, placement, smooth
 
 if TYPE_CHECKING:
@@ -20,13 +19,12 @@ def set_stream(obj: bpy.types.Object, received: "Received") -> None:
 
     Raises StreamError, WeightsError or DependencyError, and then leaves the object as it was.
     """
-    decoder = open_received(received)
+    decoder = decoders.opened(received)
     digest = kept.digest_of(received.data)
     state = obj.npmesh
     old = levels.level_meshes(obj)
     if state.source is not None:
         state.shading, state.smooth_angle = smooth.read(state.source)
-    decoders.keep(digest, decoder)
     kept.pack(obj, received)
     state.is_preview = False  # no updates before all is set
     state.digest, state.level_count, state.stream_base_faces = digest, decoder.levels, decoder.base_faces

@@ -181,3 +181,41 @@ def test_the_legend_covers_the_scale(part, previewed):
 @pytest.mark.parametrize(("value", "top"), [(0.0013, 0.002), (0.2, 0.2), (0.51, 1), (3.7, 5), (0, 1e-6)])
 def test_scales_end_at_round_numbers(part, value, top):
     assert part("preview.deviation")._round_up(value) == pytest.approx(top)
+
+
+def test_disabling_and_enabling_while_it_is_shown(package, part, random_colours, received):
+    import addon_utils
+
+    from .conftest import add_object
+
+    obj = part("preview").make(bpy.context, received, "Shape Preview", add_object())
+    before = views()
+    obj.npmesh.show_deviation = True
+    addon_utils.disable(package)
+    try:
+        assert views() == before
+    finally:
+        addon_utils.enable(package, default_set=True)
+    assert obj.npmesh.show_deviation
+    obj.npmesh.show_deviation = False
+    assert not obj.data.color_attributes and views() == before
+
+
+def test_a_copy_is_coloured_by_itself(part, previewed):
+    previewed.npmesh.show_deviation = True
+    copy = previewed.copy()
+    bpy.context.collection.objects.link(copy)
+    copy.npmesh.features = 2
+    assert copy.data != previewed.data
+    for obj in (copy, previewed):
+        assert np.allclose(colours(obj), expected_colours(part, obj), atol=1e-3)
+
+
+def test_renaming_and_deleting_while_it_is_shown(part, previewed):
+    previewed.npmesh.show_deviation = True
+    previewed.name = "Other"
+    previewed.npmesh.features = 3
+    assert np.allclose(colours(previewed), expected_colours(part, previewed), atol=1e-3)
+    bpy.data.objects.remove(previewed)
+    part("preview").refresh_all()
+    assert not part("preview").is_busy()

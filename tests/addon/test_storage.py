@@ -131,3 +131,25 @@ def test_reload_needs_a_linked_file(opened):
 def test_exporting_a_linked_preview(linked, stream, tmp_path):
     bpy.ops.export_scene.npmesh(filepath=str(tmp_path / "out.npmesh"))
     assert (tmp_path / "out.npmesh").read_bytes() == stream
+
+
+def test_importing_with_a_link(part, stream_file, stream):
+    bpy.ops.import_scene.npmesh(filepath=str(stream_file), link=True)
+    obj = bpy.context.active_object
+    assert obj.npmesh.filepath == str(stream_file) and "npmesh_stream" not in obj
+    part("preview").forget_all()
+    obj.npmesh.features = 8
+    check(part, obj, stream)
+
+
+def test_in_a_window_a_worker_reads(part, linked, stream, tmp_path):
+    module = part("preview.linked")
+    received = module._result(module._job(tmp_path / "shape.npmesh"))
+    assert received.data == stream and received.open().features == linked.npmesh.arrived_features
+
+
+def test_a_job_of_a_file_that_is_no_stream(part, tmp_path):
+    (tmp_path / "bad.npmesh").write_bytes(b"no stream at all")
+    module = part("preview.linked")
+    with pytest.raises(part("core.errors").StreamError, match="Expected"):
+        module._result(module._job(tmp_path / "bad.npmesh"))
