@@ -1,7 +1,7 @@
 """The best number of faces and of bits for a number of bytes, by d_pm, without trying them all.
 
-Bytes and error are sampled on a coarse ladder of face counts and interpolated in logarithms; for each budget the two
-settings that promise least error are made for real, their faces adjusted until the bytes fit, and measured.
+Bytes a face and error are sampled on a coarse ladder of face counts and interpolated; for each budget the settings that
+promise least error are made for real, their faces adjusted until the bytes fit, and measured.
 """
 
 from collections.abc import Callable
@@ -14,11 +14,13 @@ from npm_blender.core.mesh import TriMesh
 
 from .case import Case, Coded
 
-FIRST, RATIO = 100, 4  # faces of the ladder: 100, 400, 1600, ...
+FIRST, RATIO = 200, 4  # faces of the ladder: 200, 800, 3200, ...
+ALMOST = 0.75  # of all faces
 FULL = 0.98  # of a budget, where the adjustment of faces ends
 AIM = 0.992  # of a budget, what the adjustment aims at
 TRIES = 4
-CANDIDATES = 2
+CANDIDATES = 3
+CLOSE = 1.3  # the second and third candidate may promise this much more error than the first
 ROUNDING = 0.25e4  # d_pm of rounding to a lattice of step 1, in 1e-4: the mean of |x| over half a step
 
 
@@ -44,37 +46,42 @@ class _Ladder:
 
     @staticmethod
     def of(case: Case, codec: Codec, most_bytes: int) -> "_Ladder":
-        """Rungs from FIRST up to the first that is too large at the fewest bits, or all the faces there are."""
+        """Rungs from FIRST up to the first that is too large at the fewest bits, or all the faces there are.
+
+        The error falls steeply just below all faces, so there is a rung there.
+        """
         faces, error, size = [], [], []
-        n = min(FIRST, codec.most)
-        while True:
+        rungs = [FIRST * RATIO**k for k in range(20) if FIRST * RATIO**k < codec.most / 2]
+        for n in (*rungs, int(ALMOST * codec.most), codec.most):
             control = codec.family(n)
             coded = [codec.encode(control, bits) for bits in codec.bits]
             if not faces or len(control.F) > faces[-1]:
                 faces.append(len(control.F))
                 error.append(max(case.d_pm(codec.decode(coded[-1])), 1e-6))
                 size.append([len(data) for data in coded])
-            if n >= codec.most or len(coded[0]) > most_bytes:
-                return _Ladder(np.array(faces), np.array(error), np.array(size).T)
-            n = min(n * RATIO, codec.most)
+            if len(coded[0]) > most_bytes:
+                break
+        return _Ladder(np.array(faces), np.array(error), np.array(size).T)
 
     def promise(self, codec: Codec, budget: int) -> list[tuple[float, int, int]]:
-        """(error, faces, bits) for every number of bits, least error first."""
+        """(error, faces, bits) of the best numbers of bits, least error first."""
         out = []
+        n = np.geomspace(4, codec.most, 4_000)
+        error = np.exp(_line(np.log(n), np.log(self.faces), np.log(self.error)))
         for bits, size in zip(codec.bits, self.size, strict=True):
-            log_faces = _line(np.log(budget), np.log(size), np.log(self.faces))
-            faces = np.exp(np.clip(log_faces, np.log(4), np.log(codec.most)))
-            error = np.exp(_line(np.log(faces), np.log(self.faces), np.log(self.error)))
-            out.append((float(np.hypot(error, ROUNDING * 0.5**bits)), int(faces), bits))
-        return sorted(out)
+            bytes_each = np.maximum(_line(np.log(n), np.log(self.faces), size / self.faces), 0.1)
+            at = int(np.flatnonzero(n * bytes_each <= AIM * budget).max(initial=0))
+            out.append((float(np.hypot(error[at], ROUNDING * 0.5**bits)), int(n[at] + 0.5), bits))
+        out = sorted(out)
+        return [one for one in out[:CANDIDATES] if one[0] <= CLOSE * out[0][0]]
 
 
-def _line(x: float, xs: np.ndarray, ys: np.ndarray) -> float:
-    """Piecewise linear through (xs, ys), xs ascending, its ends prolonged."""
+def _line(x: np.ndarray, xs: np.ndarray, ys: np.ndarray) -> np.ndarray:
+    """Piecewise linear through (xs, ys), xs ascending, its ends prolonged; constant if there is one point."""
     if len(xs) == 1:
-        return float(ys[0] + x - xs[0])
-    i = int(np.clip(np.searchsorted(xs, x), 1, len(xs) - 1))
-    return float(ys[i - 1] + (x - xs[i - 1]) * (ys[i] - ys[i - 1]) / max(xs[i] - xs[i - 1], 1e-9))
+        return np.full(len(x), float(ys[0]))
+    i = np.clip(np.searchsorted(xs, x), 1, len(xs) - 1)
+    return ys[i - 1] + (x - xs[i - 1]) * (ys[i] - ys[i - 1]) / (xs[i] - xs[i - 1])
 
 
 @dataclass(frozen=True)
@@ -90,7 +97,9 @@ def fitted(codec: Codec, faces: int, bits: int, budget: int) -> Candidate | None
     """The bytes nearest below the budget that a few adjustments of the number of faces find."""
     best, low, high = None, 0, codec.most + 1
     faces = max(faces, 4)
-    for _ in range(TRIES):
+    for attempt in range(2 * TRIES):
+        if attempt >= TRIES and best:
+            break
         control = codec.family(faces)
         data = codec.encode(control, bits)
         if len(data) <= budget:
