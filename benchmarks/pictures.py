@@ -1,9 +1,10 @@
 """Pictures at equal bytes, rendered by Blender: the input, ours, QSlim + Draco and Progressive Meshes side by side.
 
-    python -m benchmarks.pictures [CORPUS] [--meshes squirrel:y,gear] [--bytes 4000] [--out docs/images]
+    python -m benchmarks.pictures [CORPUS] [--meshes springer:y,squirrel:y,gear:y] [--bytes 2000] [--out docs/images]
 
 One picture a mesh, compare_NAME.png. Without a corpus the meshes are those that Blender makes. Without --meshes they
-are three of the set, spread over its sizes; NAME:y is a mesh whose up axis is y.
+are three of the set, spread over its sizes; NAME:y is a mesh whose up axis is y. The pictures in docs/images are of the
+meshes named above, whose licence (MIT) allows it.
 """
 
 import argparse
@@ -23,7 +24,8 @@ from .methods.case import Case, Coded
 
 METHODS = ("ours", "qslim_draco", "progressive_meshes")
 SHOWN = 3  # meshes
-BUDGET = 4_000  # bytes
+BUDGET = 2_000  # bytes
+FOLDER = Path("docs/images")
 LARGEST = 300_000  # bytes of a picture
 COLOURS = (256, 128, 64, 32)
 
@@ -86,6 +88,16 @@ def shrink(path: Path) -> None:
             return
 
 
+def section(page: Path, folder: Path = FOLDER) -> list[str]:
+    """Lines of Markdown with the pictures in `folder`, for the page at `page`; empty if there are none."""
+    found = sorted(folder.glob("compare_*.png"))
+    if not found:
+        return []
+    seen = [(path.stem.removeprefix("compare_"), Path(os.path.relpath(path, page.parent)).as_posix()) for path in found]
+    lines = [f"![{name}: the input and three methods at equal bytes]({path})" for name, path in seen]
+    return ["The same bytes, as pictures (`python -m benchmarks.pictures`):", "", *(x for line in lines for x in (line, ""))]
+
+
 def main() -> None:
     """Read the options, code the meshes, render."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
@@ -94,7 +106,7 @@ def main() -> None:
     parser.add_argument("--meshes", help="names, comma-separated")
     parser.add_argument("--bytes", type=int, default=BUDGET)
     parser.add_argument("--refine-steps", type=int, help="of our codec")
-    parser.add_argument("--out", type=Path, default=Path("docs/images"))
+    parser.add_argument("--out", type=Path, default=FOLDER)
     parser.set_defaults(quick=False, limit=None)  # of `options.meshes`: all of the set
     o = parser.parse_args()
     import torch

@@ -55,14 +55,14 @@ def test_picture_is_written_whole(folder):
 
 
 def test_large_picture_gets_fewer_colours_until_it_is_small(tmp_path, monkeypatch):
-    noise = np.random.default_rng(0).integers(0, 256, (200, 200, 3), np.uint8)
+    noise = np.random.default_rng(0).integers(0, 256, (80, 80, 3), np.uint8)
     sizes = []
-    for limit in (10**6, 30_000):
+    for limit in (10**6, 4_500):
         monkeypatch.setattr(pictures, "LARGEST", limit)
         Image.fromarray(noise).save(tmp_path / "noise.png")
         pictures.shrink(tmp_path / "noise.png")
         sizes.append((tmp_path / "noise.png").stat().st_size)
-    assert sizes[1] < 30_000 < sizes[0]
+    assert sizes[1] < 4_500 < sizes[0]
 
 
 def test_meshes_are_named_with_their_axis_or_spread_over_the_sizes():
@@ -89,3 +89,13 @@ def test_every_method_gets_the_same_budget():
     coded = Coded(icosphere(1), 12, "")
     found = pictures.results(Case("s", icosphere(1)), 777, [method("a", coded), method("b", None)])
     assert found == [("a", coded), ("b", None)] and asked == [(777,), (777,)]
+
+
+def test_page_shows_the_pictures_that_there_are(tmp_path):
+    page, images = tmp_path / "results.md", tmp_path / "images"
+    assert pictures.section(page, images) == []
+    images.mkdir()
+    for name in ("compare_b.png", "compare_a.png", "other.png"):
+        (images / name).write_bytes(b"")
+    shown = [line for line in pictures.section(page, images) if line.startswith("![")]
+    assert [line.split("(")[-1] for line in shown] == ["images/compare_a.png)", "images/compare_b.png)"]
