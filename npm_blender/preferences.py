@@ -52,7 +52,7 @@ class NpmPreferences(bpy.types.AddonPreferences):
         column.prop(self, "torch_folder")
         part = column.column()
         part.active = torch
-        part.prop(self, "device", expand=True)
+        part.row().prop(self, "device", expand=True)
         part.prop(self, "threads", text="Threads" if self.threads else "Threads (Automatic)")
         column.separator()
         column.prop(self, "cache", placeholder=cache_folder() or "")
@@ -74,15 +74,14 @@ def _draw_packages(layout: bpy.types.UILayout, status: tuple[packages.Status, ..
         if entry.problem:
             below = layout.column(align=True)
             below.alert = row.alert
-            for text in (f"Found: {entry.problem}", _sentence(package.remedy)):
-                below.label(text=text, icon="BLANK1")
-    for line in checked.splitlines():
-        layout.label(text=line, icon="BLANK1")
+            for text in (entry.problem, package.remedy):
+                below.label(text=text[0].upper() + text[1:], icon="BLANK1")
+    if checked:
+        layout.separator()
+        lines = layout.column(align=True)
+        for line in ("As compressing finds them:", *checked.splitlines()):
+            lines.label(text=line, icon="BLANK1")
     layout.operator("preferences.npmesh_check", icon="FILE_REFRESH")
-
-
-def _sentence(text: str) -> str:
-    return text[0].upper() + text[1:]
 
 
 def _megabytes(size: int) -> str:
