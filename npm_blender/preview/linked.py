@@ -14,7 +14,6 @@ from ..core.errors import NpmError, StreamError
 from ..core.files import read_file
 from ..dependencies import open_received, receive
 from ..preferences import worker_settings
-from ..preferences import worker_settings
 from . import decoders, kept, levels
 
 if TYPE_CHECKING:
