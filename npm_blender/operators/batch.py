@@ -36,6 +36,10 @@ class Item:
 class BatchOperator(JobOperator):
     """A JobOperator that compresses objects; `store_and_show` gets each object and its result."""
 
+    def prepare(self, context: bpy.types.Context, result: jobs.Compressed) -> Steps:
+        """What can be done before `store_and_show`, in steps. May raise NpmError."""
+        yield from ()
+
     def store_and_show(self, context: bpy.types.Context, obj: bpy.types.Object, result: jobs.Compressed,
                        made_from: str) -> None:
         """What to do with the result for `obj`. May raise NpmError or OSError."""
@@ -101,14 +105,17 @@ class BatchOperator(JobOperator):
             try:
                 if isinstance(outcome, Exception):
                     raise outcome
-                self.store_and_show(context, obj, outcome, item.made_from)
-                done.append(obj)
+                yield from self.prepare(context, outcome)
+                obj = item.find()  # between two steps, anything may happen
+                if obj is not None:
+                    self.store_and_show(context, obj, outcome, item.made_from)
+                    done.append(item.uid)
             except (NpmError, OSError, jobs.WorkerCrash) as error:
                 failures.setdefault(one_line(error), []).append(f"'{item.name}'")
             yield
         for message, names in failures.items():
             self.report({"ERROR"}, f"{', '.join(names)}: {message}")
-        self.summarize(context, done, len(self._items))
+        self.summarize(context, [o for o in bpy.data.objects if o.session_uid in done], len(self._items))
         return {"FINISHED"} if done else {"CANCELLED"}
 
 

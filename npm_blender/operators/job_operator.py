@@ -1,12 +1,16 @@
 """What Compress, Export and Import share: run one job, in the window without stopping it, elsewhere to the end."""
 from collections.abc import Generator
+from typing import TYPE_CHECKING
 
 import bpy
 
-from .. import estimate, jobs
+from .. import estimate, jobs, preview
 from ..core.errors import NpmError
 
 TIMER_SECONDS = 0.1
+if TYPE_CHECKING:
+    from ..core.received import Received
+
 Steps = Generator[None, None, set | None]
 
 
@@ -20,6 +24,7 @@ class JobOperator:
     _job: jobs.Job | None = None
     _steps: Steps | None = None
     _text: str | None = None
+    _warm = False
 
     def doing(self) -> str:
         """What the job does now, for the status bar and the panel, as "Compressing 'Cube'"."""
@@ -93,7 +98,12 @@ class JobOperator:
         if self._steps is not None:
             return self._step(context)
         try:
-            if not self.feed(context) and job.poll():
+            if self.feed(context):
+                pass
+            elif not self._warm:
+                preview.warm_up()
+                self._warm = True
+            elif job.poll():
                 self._steps = self.finish(context, job.result())
         except (NpmError, OSError) as error:
             job.cancel()
@@ -143,6 +153,17 @@ class JobOperator:
                 for region in area.regions:
                     if area.type == "VIEW_3D" and region.type == "UI":
                         region.tag_redraw()
+
+
+def opened_ahead(received: "Received") -> Steps:
+    """Open a stream and decode all of it, a step each, so that the preview that is made then is there at once.
+
+    Raises StreamError, WeightsError or DependencyError.
+    """
+    decoder = preview.opened(received)
+    yield
+    decoder.decode_positions()
+    yield
 
 
 def one_line(error: Exception) -> str:

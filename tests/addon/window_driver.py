@@ -22,7 +22,8 @@ PACKAGE = source_addon.enable(ROOT)
 TICK_SECONDS = 0.01
 Check = Generator[float, None, None]
 gaps: list[float] = []  # seconds between two ticks, beyond TICK_SECONDS, since someone cleared it
-_last_tick = [0.0]
+busy: list[float] = []  # seconds of the window's own thread between two ticks, whatever else keeps the cores busy
+_last_tick = [0.0, 0.0]
 
 
 class _Console(io.TextIOBase):
@@ -174,17 +175,18 @@ def run(checks: list[Callable[[], Check]]) -> None:
     console = sys.stderr = _Console()
     steps = _everything(checks, console)
     resume_at = [0.0]
-    _last_tick[0] = time.perf_counter()
+    _last_tick[:] = time.perf_counter(), time.thread_time()
 
     def tick():
         now = time.perf_counter()
         gaps.append(now - _last_tick[0] - TICK_SECONDS)
+        busy.append(time.thread_time() - _last_tick[1])
         if now >= resume_at[0]:
             wait = next(steps, None)
             if wait is None:
                 return None
             resume_at[0] = time.perf_counter() + wait
-        _last_tick[0] = time.perf_counter()
+        _last_tick[:] = time.perf_counter(), time.thread_time()
         return TICK_SECONDS
 
     bpy.context.preferences.view.show_splash = False

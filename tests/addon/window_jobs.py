@@ -9,6 +9,7 @@ import bpy
 from .window_driver import (
     PACKAGE,
     active,
+    busy,
     compressed,
     fresh_object,
     gaps,
@@ -41,6 +42,98 @@ def check_compressing_keeps_the_window_alive():
     shown_is_decoded(active())
     say(f"  starting took {1000 * took:.0f} ms; the longest stall was {1000 * while_running:.0f} ms while it ran, "
         f"{1000 * max(gaps):.0f} ms at its end (redrawing alone: {1000 * redraw:.0f} ms)")
+
+
+def check_the_longest_stall_of_100k_faces():
+    """Each part of a job: at most 100 ms of the window's own thread, beyond what drawing costs."""
+    name = fresh_object(2).name
+    with in_viewport():
+        bpy.data.objects.remove(bpy.data.objects[name])
+        bpy.ops.mesh.primitive_uv_sphere_add(segments=400, ring_count=126)
+    obj = active()
+    faces = sum(len(p.vertices) - 2 for p in obj.data.polygons)
+    yield 1.0
+    busy.clear()
+    redraw = yield from redraw_stall()
+    drawing = max(busy)
+    start, spent = time.perf_counter(), time.thread_time()
+    start_compressing()
+    took, spent = time.perf_counter() - start, time.thread_time() - spent
+    gaps.clear()
+    busy.clear()
+    while module("jobs").running():
+        yield 0.05
+    running, running_busy = max(gaps), max(busy)
+    gaps.clear()
+    busy.clear()
+    yield from until(lambda: active().npmesh.is_preview, 5)
+    say(f"  {faces:,} faces, longest stalls in ms, and of the window's own thread: starting {1000 * took:.0f}, "
+        f"{1000 * spent:.0f}; while it ran {1000 * running:.0f}, {1000 * running_busy:.0f}; at its end "
+        f"{1000 * max(gaps):.0f}, {1000 * max(busy):.0f}; drawing alone {1000 * redraw:.0f}, {1000 * drawing:.0f}")
+    assert max(spent, running_busy - drawing, max(busy) - drawing) <= 0.1, "the window stands still for too long"
+
+
+def several_objects(subdivisions: int) -> list[str]:
+    """The names of three objects, selected, the last one active, ready to compress quickly."""
+    fresh_object(subdivisions)
+    with in_viewport():
+        first = active()
+        for k in (1, 2):
+            bpy.ops.object.duplicate()
+            obj = active()
+            obj.location.x, obj.scale = 3 * k, (1, 1, 1 + k / 10)
+            bpy.ops.object.transform_apply(location=False)
+        for obj in bpy.context.view_layer.objects:
+            obj.select_set(True)
+        bpy.ops.ed.undo_push(message="Three Objects")
+    assert first.npmesh.levels == active().npmesh.levels
+    return [o.name for o in bpy.context.view_layer.objects]
+
+
+def check_several_objects_are_one_job_and_one_undo_step():
+    names = several_objects(5)
+    yield 0.5
+    start_compressing()
+    assert len(module("jobs").running()) == 1
+    job = module("jobs").running()[0]
+    seen = set()
+    while module("jobs").running():
+        seen.add(job.doing)
+        assert job.seconds_left() is not None
+        yield 0.02
+    yield from until(lambda: len(bpy.context.view_layer.objects) == 6, 10)
+    yield 0.5
+    assert any(said.endswith("(2 of 3)") for said in seen), seen
+    assert {o.npmesh.source.name for o in bpy.context.selected_objects} == set(names)
+    for obj in bpy.context.selected_objects:
+        shown_is_decoded(obj)
+    with in_viewport():
+        bpy.ops.ed.undo()
+    yield 0.3
+    assert {o.name for o in bpy.context.view_layer.objects if not o.hide_get()} == set(names), "undo is not one step"
+    assert not any(o.npmesh.is_preview for o in bpy.data.objects)
+    with in_viewport():
+        bpy.ops.ed.redo()
+    yield 0.3
+    assert sum(o.npmesh.is_preview for o in bpy.data.objects) == 3
+
+
+def check_one_cancel_ends_all_of_several():
+    names = several_objects(7)
+    meshes = len(bpy.data.meshes)
+    yield 0.5
+    start_compressing()
+    job = module("jobs").running()[0]
+    yield from until(lambda: job.position == 1)
+    pid = job._process.pid
+    start = time.perf_counter()
+    bpy.ops.object.npmesh_cancel()
+    took = time.perf_counter() - start
+    yield 0.3
+    assert took < 0.5 and not module("jobs").running() and not leftovers() and not Path(f"/proc/{pid}").exists()
+    assert sorted(o.name for o in bpy.data.objects) == sorted(names) and len(bpy.data.meshes) == meshes
+    assert not any("npmesh_stream" in o for o in bpy.data.objects)
+    say(f"  cancelled the second of three after {1000 * took:.0f} ms")
 
 
 def browsers() -> list[bpy.types.Area]:
