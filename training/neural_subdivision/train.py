@@ -3,8 +3,9 @@
 SEQUENCES holds train/ and val/ folders of cached LoD sequences (see `training.sequences`). OUT gets checkpoint.npz
 (resumed from when present), log.csv and weights.npz. Each step takes one sequence, subdivides its base and moves the
 network against the squared distances to the corresponding points of the input, means over the vertices of a level,
-summed over all levels, the base included, as published. Sequences count by their distance, not by its square: the sum
-is divided by the sequence's scale. Most steps end a level early (the publication's all do), at a quarter of the cost.
+summed over all levels, the base included, as published. Every term is divided by what midpoint subdivision leaves, so
+that all sequences count alike, boxes and coral, and an untrained network has the loss 4. Most steps end a level early
+(the publication's all do), at a quarter of the cost.
 """
 
 import argparse
@@ -21,13 +22,13 @@ from npm_blender.core.errors import FileError
 from npm_blender.core.subdivide import hierarchy
 from npm_blender.core.torch_backend import TorchBackend
 
-from ..losses import UNIT
 from ..samples import load
 from ..train import save
 from .flaps import Flaps
 from .network import NeuralSubdivision
 
 LEVELS = 3
+FLOOR = 2e-4  # of the unit cube: what midpoints leave counts as at least this
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,8 @@ class Pair:
     """What a step needs of one sequence.
 
     V0 (n0, 3): the base; levels: flaps of levels 0..L-1; target (n_L, 3): V^0..V^L, the vertices of a level being a prefix
-    of the finest's; normal (n_L, 3) of the input there; weight (n_L,): share of the area; scale: see `samples.Sample`.
+    of the finest's; normal (n_L, 3) of the input there; weight (n_L,): share of the area; scale: see `samples.Sample`;
+    left: what midpoint subdivision leaves at each level, mean squared distance to the targets.
     """
 
     V0: torch.Tensor
@@ -57,6 +59,7 @@ class Pair:
     normal: torch.Tensor
     weight: torch.Tensor
     scale: float
+    left: list[float]
 
     @staticmethod
     def read(path: Path) -> "Pair":
@@ -64,14 +67,19 @@ class Pair:
         sample = load(path, TorchBackend())
         F0 = sample.meshes[0].F.reshape(-1, 3).numpy()
         lods = hierarchy(F0, len(sample.V0), sample.levels - 1)
+        V, target, left = sample.V0, sample.targets[-1], []
+        for level in [*lods, None]:
+            left.append(max(float((V - target[: len(V)]).square().sum(1).mean()), FLOOR**2))
+            if level is not None:
+                V = torch.cat([V, V[torch.from_numpy(level.edges).long()].mean(1)])
         flaps, weight = [Flaps.of(level) for level in lods], sample.vertex_weights[-1]
-        return Pair(sample.V0, flaps, sample.targets[-1], sample.normals, weight, sample.scale)
+        return Pair(sample.V0, flaps, target, sample.normals, weight, sample.scale, left)
 
 
 def objective(pair: Pair, positions: list[torch.Tensor]) -> torch.Tensor:
-    """Mean squared distances to the targets, summed over levels 0..L, over the scale of the sequence."""
-    total = sum((V - pair.target[: len(V)]).square().sum(1).mean() for V in positions)
-    return total / (UNIT * pair.scale)
+    """Mean squared distances to the targets over those of the midpoints, summed over levels 0..L."""
+    parts = zip(positions, pair.left, strict=False)  # a step may end before the finest level
+    return sum((V - pair.target[: len(V)]).square().sum(1).mean() / left for V, left in parts)
 
 
 def validate(network: NeuralSubdivision, pairs: list[Pair]) -> dict:
