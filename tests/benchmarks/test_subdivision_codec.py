@@ -159,14 +159,14 @@ def test_samples_see_what_a_vertex_moves():
 
 
 def test_methods_stay_within_budgets_and_get_better():
-    mesh = wavy(torus(60, 100))
+    mesh = wavy(torus(40, 60))
     case = Case("torus", mesh, 5000)
     for method in (subdivision_codec, subdivision_embedded):
-        found = method.at_bytes(case, (200, 1000, 2000, 4000))
+        found = method.at_bytes(case, (200, 1000, 2000))
         assert found[0] is None
-        assert all(c.bytes <= b for c, b in zip(found[1:], (1000, 2000, 4000), strict=True))
+        assert all(c.bytes <= b for c, b in zip(found[1:], (1000, 2000), strict=True))
         d = [case.original.evaluate(c.mesh).d_pm for c in found[1:]]
-        assert d[0] > d[1] > d[2]
+        assert d[0] > d[1]
     base = len(subdivision_codec.base(case, *subdivision_codec.FIRST).ints)
     few, none = subdivision_codec.at_scalars(case, [3 * base + 400, 10])
     assert none is None
