@@ -10,7 +10,7 @@ TRIES = 5
 
 def with_vertices(case: Case, vertices: int) -> TriMesh | None:
     """The largest qslim found of at most so many vertices; None if it cannot get there."""
-    best, faces = None, round(vertices * len(case.mesh.F) / len(case.mesh.V))
+    best, faces = None, len(case.mesh.F) - 2 * (len(case.mesh.V) - vertices)  # exact but where borders are collapsed
     for _ in range(TRIES):
         slim = case.qslim(max(faces, 4))
         left = vertices - len(slim.V)
