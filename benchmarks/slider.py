@@ -6,8 +6,8 @@
 
 Without STREAM, the demo's (out/demo/sculpt.npmesh; `make demo`). A position counts from setting the property until the
 mesh is there and evaluated. Drawing a changed mesh comes on top; it is measured by itself, on fewer positions, as without
-a graphics card it takes longer than everything else. Prints one JSON object: medians in milliseconds of the clock, and for new prefixes of the
-processor too, which is what one waits on an idle machine if one thread does the work (OMP_NUM_THREADS=1).
+a graphics card it takes longer than everything else. Prints one JSON object: medians in milliseconds of the clock, and
+for new prefixes of the processor too, which is what one waits on an idle machine (OMP_NUM_THREADS=1: of one thread).
 """
 import importlib
 import json
