@@ -37,7 +37,7 @@ def fitting_zip() -> Path:
 
 
 def hidden(scratch: Path) -> tuple[list[str], Path | None]:
-    """(words that start a program which does not see the system's own packages, where it sees them all instead)."""
+    """(words that start a program which does not see the system's own packages, where it sees torch instead)."""
     folders = {str(Path(spec.origin).parents[1]) for name in OURS if (spec := find_spec(name)) and spec.origin}
     if not folders:
         return [], None
@@ -62,7 +62,9 @@ def hidden(scratch: Path) -> tuple[list[str], Path | None]:
         for k, folder in enumerate(sorted(folders)):
             subprocess.run(["umount", folder, str(scratch / f"whole{k}")])
         sys.exit("Expected mounts to stay in a namespace of their own, found that they do not here; run this elsewhere")
-    return wrapper, scratch / "whole0"
+    torch = find_spec("torch")
+    folder = torch and torch.origin and str(Path(torch.origin).parents[1])
+    return wrapper, scratch / f"whole{sorted(folders).index(folder)}" if folder in folders else None
 
 
 def run(what: str, command: list[str], environment: dict[str, str]) -> str:
@@ -97,9 +99,8 @@ def main() -> None:
         use = [*blender, "-b", "--python-exit-code", "1", "-P", str(ROOT / "extension" / "use_installed.py"), "--"]
         run("use without torch", [*use, str(scratch)], environment)
         run("use again, compiled", [*use, str(scratch)], environment)
-        said = run("command line", [*blender, "--command", "npmesh", "info", str(scratch / "shape.npmesh")], environment)
-        print("  " + said.strip().splitlines()[0])
-        if elsewhere is not None and (elsewhere / "torch").is_dir():
+        run("command line", [*blender, "--command", "npmesh", "info", str(scratch / "shape.npmesh")], environment)
+        if elsewhere is not None:
             run("use with torch from a folder", [*use, str(scratch), str(elsewhere)], environment)
         else:
             print("not run: with torch from a folder, as this system has none")
