@@ -55,6 +55,7 @@ Esc stops"""
                 ended = True
             self._redraw(context)
         if ended:
+            playback.drop(self._play)
             self._clean_up(context)
             return {"FINISHED"}
         return {"PASS_THROUGH"}

@@ -65,6 +65,12 @@ def is_running(play: Play) -> bool:
     return _plays.get(play.uid) is play
 
 
+def drop(play: Play) -> None:
+    """End a play whose object is gone."""
+    if is_running(play):
+        del _plays[play.uid]
+
+
 def stop(obj: bpy.types.Object) -> None:
     """End playing; the features are what they were before."""
     play = _plays.pop(obj.session_uid, None)
