@@ -49,12 +49,13 @@ def losses_in_numbers(results: Results) -> str:
         if both:
             parts.append(f"{k} features {percent(lost[0], len(both))} and {percent(lost[1], len(both))}")
     both, first = results.pairs(OURS, REFERENCE_SCALARS, "scalars", 0)
-    worst = np.argsort(-first[:, 0] / np.maximum(first[:, 1], 1e-9))[:4] if both else []
+    share = first[:, 0] / np.maximum(first[:, 1], 1e-9)
+    worst = [i for i in np.argsort(-share)[:4] if share[i] > 1]
     named = ", ".join(f"{both[i].split('/')[-1]} ({first[i, 0]:.1f} against {first[i, 1]:.1f})" for i in worst)
+    where = f" Without features we compare worst with QSlim on {named}." if named else ""
     return (
         "QSlim with the same count of numbers (at 0 features: 400 faces) is better, in d_pm and in normals, on: "
-        f"{'; '.join(parts)}. A feature is 8 numbers, so 400 of them buy QSlim 2,100 faces. Without features we compare "
-        f"worst with QSlim on {named}."
+        f"{'; '.join(parts)}. A feature is 8 numbers, so 400 of them buy QSlim 2,100 faces.{where}"
     )
 
 

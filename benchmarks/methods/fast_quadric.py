@@ -12,6 +12,8 @@ TRIES = 3
 
 
 def _simplified(mesh: TriMesh, faces: int) -> TriMesh:
+    if faces >= len(mesh.F):
+        return mesh
     V, F = fast_simplification.simplify(mesh.V.astype(np.float32), mesh.F, target_count=faces)
     return TriMesh.from_arrays(V, F)
 

@@ -18,9 +18,9 @@ from . import drc, qslim, schemes, search
 from .case import Case, Coded
 
 NAME = "SubdivFit"
-ITERATIONS, MOMENTUM = 16, 0.9  # without momentum three times as many iterations give the same
+ITERATIONS, MOMENTUM = 12, 0.9  # without momentum three times as many iterations give the same
 SPRING = 1e-3  # pull to the last positions, relative to the pull of the points
-SMALL = 5_000  # faces of a control mesh whose limit surface is drawn by 16 points for each control vertex, not by 4
+SMALL = 1_700  # faces of a control mesh whose limit surface is drawn by 16 points for each control vertex, not by 4
 
 
 def depth(mesh: TriMesh) -> int:

@@ -46,6 +46,11 @@ def test_decimation_keeps_to_the_count_of_numbers(name, closed):
         assert 0.9 * count <= 3 * len(mesh.V) <= count
 
 
+@pytest.mark.parametrize("name", ["qslim", "fast_quadric"])
+def test_a_count_above_the_inputs_gives_the_input(name, closed):
+    assert method(name).at_scalars(closed, [4 * len(closed.mesh.V)])[0] is closed.mesh
+
+
 def test_a_count_below_what_decimation_reaches_gives_none(closed):
     assert qslim.at_scalars(closed, [6]) == [None]
 
