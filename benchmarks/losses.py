@@ -55,7 +55,7 @@ def losses_in_numbers(results: Results) -> str:
     where = f" Without features we compare worst with QSlim on {named}." if named else ""
     return (
         "QSlim with the same count of numbers (at 0 features: 400 faces) is better, in d_pm and in normals, on: "
-        f"{'; '.join(parts)}. A feature is 8 numbers, so 400 of them buy QSlim 2,100 faces.{where}"
+        f"{'; '.join(parts)}.{where}"
     )
 
 

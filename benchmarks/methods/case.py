@@ -9,6 +9,9 @@ import numpy as np
 
 from npm_blender.core.clean import clean
 from npm_blender.core.decimate import decimate
+from npm_blender.core.decoder import EDGES
+from npm_blender.core.decoder import FEATURES as FEATURES_IN_LATENT
+from npm_blender.core.features import LATENTS
 from npm_blender.core.locality import in_morton_order
 from npm_blender.core.lod import LodSequence, levels
 from npm_blender.core.mesh import Frame, TriMesh
@@ -20,7 +23,6 @@ FEATURES = (0, 40, 400)  # of the paper's table 2
 CURVE = (0, 40, 120, 400, 1200)  # features whose numbers are the points of the CR curve
 LEVELS = 3
 BASE_FACES = 400
-FEATURE_DIM = 8
 SEARCH_SAMPLES = 10_000  # points that a search for the best setting measures with
 
 
@@ -82,8 +84,9 @@ class Case:
         return self.original.d_pm(decoded, SEARCH_SAMPLES)
 
     def scalars(self, features: int) -> int:
-        """Numbers that our stream spends on its base mesh and so many features: 3 |V0| + 8 k."""
-        return 3 * len(self.lod.V0) + FEATURE_DIM * features
+        """Numbers that our stream spends on its base mesh and so many features: 8 a latent, 3 a feature of offsets."""
+        latents = min(features, LATENTS)
+        return 3 * len(self.lod.V0) + FEATURES_IN_LATENT * latents + EDGES * (features - latents)
 
     def cr(self, scalars: int) -> float:
         """The paper's compression ratio for so many numbers."""

@@ -1,11 +1,15 @@
 """Our codec: one stream, made with the default settings; a budget or a number of features is a prefix of it."""
 
+import numpy as np
+
 from npm_blender.core.codec import compress, open_stream
+from npm_blender.core.decoder import FEATURES
 from npm_blender.core.mesh import TriMesh
 from npm_blender.core.metrics import compression_ratio
 from npm_blender.core.progressive import ProgressiveMesh
 
-from .case import FEATURE_DIM, FEATURES, Case, Coded
+from .case import FEATURES as POINTS
+from .case import Case, Coded
 
 NAME = "ours"
 
@@ -34,11 +38,12 @@ def at_bytes(case: Case, budgets: tuple[int, ...]) -> list[Coded | None]:
 
 
 def at_scalars(case: Case, counts: list[int]) -> list[TriMesh | None]:
-    """8 numbers a feature, after those of the base mesh; None where the stream has not so many."""
+    """As many features as have so few numbers, after those of the base mesh; None where the stream has not so many."""
     opened, out = stream(case), []
+    numbers = np.array([3 * opened.base_vertices + opened.numbers(k) for k in range(opened.features + 1)])
     for count in counts:
-        k = (count - 3 * opened.base_vertices) // FEATURE_DIM
-        out.append(opened.decode(k) if 0 <= k <= opened.features else None)
+        k = int(np.searchsorted(numbers, count, side="right")) - 1
+        out.append(opened.decode(k) if k >= 0 and count - numbers[k] < FEATURES else None)
     return out
 
 
@@ -48,11 +53,11 @@ def extra(case: Case) -> list[tuple[dict, TriMesh]]:
 
     def row(table: str, at, k: int, level: int) -> tuple[dict, TriMesh]:
         about = {"table": table, "at": at, "features": k, "level": level, "bytes": opened.bytes_for(k)}
-        about["cr"] = compression_ratio(len(case.mesh.V), opened.base_vertices, k)
+        about["cr"] = compression_ratio(len(case.mesh.V), opened.base_vertices, opened.numbers(k))
         return about, opened.decode(k, level)
 
-    counts = {k: min(k, opened.features) for k in FEATURES} | {"all": opened.features}
+    counts = {k: min(k, opened.features) for k in POINTS} | {"all": opened.features}
     out += [row("features", name, k, opened.levels) for name, k in counts.items()]
-    for name in (FEATURES[-1], "all"):
+    for name in (POINTS[-1], "all"):
         out += [row(f"levels, {name}", level, counts[name], level) for level in range(1, opened.levels)]
     return out

@@ -67,7 +67,7 @@ def measure(stream, original, stops: list[tuple[int, int]], progress, samples: i
                 "features": features,
                 "level": level,
                 "bytes": stream.bytes_for(features),
-                "cr": compression_ratio(len(original.V), stream.base_vertices, features),
+                "cr": compression_ratio(len(original.V), stream.base_vertices, stream.numbers(features)),
                 "d_pm": float(error.d_pm),
                 "d_normal": float(error.d_normal),
                 "d_reverse": float(error.d_reverse),

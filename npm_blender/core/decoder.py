@@ -5,13 +5,15 @@ and the transmitted features f^i (zero where none arrived) pass a face convoluti
 an edge's two faces displaces its midpoint, in the edge's local frame and in units of its length; the mean over both
 sides makes the result independent of the order of the two faces. The same layer moves the old vertices, by the mean
 over their corners, so that a base vertex that stands off the surface for the good of the coarse mesh leaves no spike.
-Levels from 3 on reuse the network of level 2.
+Levels from 3 on reuse the network of level 2. Beyond the paper, offsets move midpoints along the normal of their edge on top
+of that: what the network cannot say in few bytes, and what it sees when it predicts the next level.
 """
 
 from .geometry import geometry_features
 from .operators import MeshIndex, bilinear_upsample, corner_frames, edge_frames, face_convolution, two_face_linear
 
-FEATURES = 8
+FEATURES = 8  # numbers in a latent feature
+EDGES = 3  # numbers in a feature of offsets
 SLOT_FEATURES = 4
 
 
@@ -28,8 +30,9 @@ def network_level(params: dict, level: int) -> dict:
     return steps[min(level, len(steps) - 1)]
 
 
-def decode_step(B, step: dict, V, hidden, f, mesh: MeshIndex):
-    """One level: V (n, 3), hidden (3 m, C) or None, f (m, 8) -> (V at the next level (n + e, 3), hidden (3 m, C'))."""
+def decode_step(B, step: dict, V, hidden, f, mesh: MeshIndex, offsets=None):
+    """One level: V (n, 3), hidden (3 m, C) or None, f (m, 8), offsets (e, 1) or None -> (V at the next level (n + e, 3),
+    hidden (3 m, C'))."""
     g = geometry_features(B, V, mesh)
     s = feature_slots(B, f)
     x = B.concat([g, s] if hidden is None else [hidden, g, s], 1)
@@ -37,18 +40,20 @@ def decode_step(B, step: dict, V, hidden, f, mesh: MeshIndex):
     y = face_convolution(B, y, mesh.opposite, step["conv2"]) + x @ step["skip"]
     offset = two_face_linear(B, B.concat([y, g, s], 1), mesh.opposite, step["displace"])
     middle, corner = B.split(offset, [3, 3])
-    return B.concat([moved_vertices(B, V, corner, mesh), displaced_midpoints(B, V, middle, mesh)], 0), y
+    return B.concat([moved_vertices(B, V, corner, mesh), displaced_midpoints(B, V, middle, mesh, offsets)], 0), y
 
 
-def displaced_midpoints(B, V, offset, mesh: MeshIndex):
-    """V (n, 3) and offsets (3 m, 3), one per half-edge in its own frame -> displaced midpoints (e, 3)."""
+def displaced_midpoints(B, V, offset, mesh: MeshIndex, lift=None):
+    """V (n, 3) and offsets (3 m, 3), one per half-edge in its own frame and in units of its length -> displaced midpoints
+    (e, 3). lift (e, 1): on top of that, along the normals of the edges and in the frame of V."""
     x, y, z, length = edge_frames(B, V, mesh)
     left, right = B.take(offset, mesh.left), B.take(offset, mesh.right)
     # seen from the right half-edge x and y are negated; on the border left and right are the same half-edge
     sign = 1 - 2 * B.take(mesh.inner, mesh.left)
     along, across, up = ((left[:, k] + (sign[:, 0] if k < 2 else 1) * right[:, k])[:, None] / 2 for k in range(3))
     middle = (B.take(V, mesh.edge_a) + B.take(V, mesh.edge_b)) / 2
-    return middle + length * (x * along + y * across + z * up)
+    out = middle + length * (x * along + y * across + z * up)
+    return out if lift is None else out + z * lift
 
 
 def moved_vertices(B, V, offset, mesh: MeshIndex):
@@ -58,16 +63,17 @@ def moved_vertices(B, V, offset, mesh: MeshIndex):
     return V + B.scatter_sum(step, mesh.F, mesh.n) * mesh.share
 
 
-def decode(B, params: dict, V0, features: list, meshes: list):
+def decode(B, params: dict, V0, features: list, meshes: list, offsets: list | None = None):
     """Meshes of levels 1..L.
 
-    V0 (n0, 3) unit frame; features: f^0..f^(L-1), each (m_i, 8); meshes: MeshIndex of levels 0..L-1.
+    V0 (n0, 3) unit frame; features: f^0..f^(L-1), each (m_i, 8); meshes: MeshIndex of levels 0..L-1; offsets: of the
+    midpoints of the edges of levels 0..L-1 along their normals, each (e_i, 1), unit frame.
     Returns the list of vertex arrays V^1..V^L, each (n_i, 3).
     """
     V, hidden, out = V0, None, []
     for i, (f, mesh) in enumerate(zip(features, meshes, strict=True)):
         if i:
             hidden = bilinear_upsample(B, hidden, meshes[i - 1].opposite, network_level(params, i - 1)["up"])
-        V, hidden = decode_step(B, network_level(params, i), V, hidden, f, mesh)
+        V, hidden = decode_step(B, network_level(params, i), V, hidden, f, mesh, None if offsets is None else offsets[i])
         out.append(V)
     return out

@@ -1,25 +1,25 @@
 """Order of importance of the features (paper section 3.3 and its appendix A).
 
-A feature is one face's vector of 8 numbers at one level. Features of levels 0..L-1 are numbered one level after the
-other: number = offset of the level + face.
+Latents come first: a latent is one face's vector of 8 numbers at one level. Offsets follow: a feature of offsets is
+what one face's edges are moved by. Faces of levels 0..L-1 are numbered one level after the other: number = first number
+of the level + face.
 """
 
 import numpy as np
 
 from .subdivide import Level
 
-STAGES = (40, 400, 1500)  # features at the ends of the stages in which they are ordered and fitted; the last has the rest
-ROUNDS = 2  # of the mean over a face and its neighbours, which makes regions of base faces
+LATENTS = 40  # that are sent at most; after them offsets save more for each byte
 
 
-def offsets(levels: list[Level]) -> np.ndarray:
+def first_numbers(levels: list[Level]) -> np.ndarray:
     """Number of the first feature of each level, and the total, (L + 1,) int64, for levels 0..L-1."""
     return np.concatenate([[0], np.cumsum([len(level.F) for level in levels])])
 
 
 def split(number: np.ndarray, levels: list[Level]) -> tuple[np.ndarray, np.ndarray]:
     """Level (k,) uint8 and face (k,) int32 of feature numbers (k,)."""
-    first = offsets(levels)
+    first = first_numbers(levels)
     level = np.searchsorted(first, number, side="right") - 1
     return level.astype(np.uint8), (number - first[level]).astype(np.int32)
 
@@ -37,14 +37,6 @@ def gain_order(values: np.ndarray, gains: np.ndarray) -> np.ndarray:
     return order[(values[order] != 0).any(1)]
 
 
-def _regional(values: np.ndarray, level: Level) -> np.ndarray:
-    """Values of faces (m,), averaged over their neighbourhood."""
-    neighbours = level.opposite.reshape(-1, 3) // 3
-    for _ in range(ROUNDS):
-        values = (values + values[neighbours].sum(1)) / 4
-    return values
-
-
 def measured_gains(errors: list[np.ndarray], levels: list[Level]) -> np.ndarray:
     """Reconstruction gain of every feature, (k,) float64, from decodes of growing sets of features.
 
@@ -60,15 +52,40 @@ def measured_gains(errors: list[np.ndarray], levels: list[Level]) -> np.ndarray:
     return np.concatenate(gains)
 
 
-def staged_order(values: np.ndarray, errors: list[np.ndarray], levels: list[Level]) -> np.ndarray:
-    """Numbers of the features (k, 8) that are not zero, by measured gain, and region by region within the second stage.
+def offset_order(offsets: list[np.ndarray], errors: list[np.ndarray], levels: list[Level]) -> np.ndarray:
+    """Numbers of the faces that have an offset to send, by what they save for each bit that they are about to cost.
 
-    Neighbours are fitted together, and half of them alone can be worse than none. The second stage holds most base
-    faces, so those come region by region: first where all features together save most on a base face and round it.
+    offsets: integers (e_i,) per level; errors: as for `measured_gains`, of decodes with the offsets of no level, of level
+    0, of levels 0 and 1, ...
     """
-    first, second = STAGES[:2]
-    order = gain_order(values, measured_gains(errors, levels))
-    saved = _regional((errors[0] - errors[-1]).reshape(len(levels[0].F), -1).sum(1), levels[0])
-    level, face = split(order[first:second], levels)
-    by_region = np.argsort(-saved[face // 4 ** level.astype(np.int64)], kind="stable")
-    return np.concatenate([order[:first], order[first:second][by_region], order[second:]])
+    sizes = np.concatenate([np.abs(o)[level.edge_of].reshape(-1, 3) for o, level in zip(offsets, levels, strict=True)])
+    bits = (1 + 2 * np.log2(1 + sizes)).sum(1)
+    order = np.argsort(-measured_gains(errors, levels) / bits, kind="stable")
+    return order[(sizes[order] > 0).any(1)]
+
+
+def edge_ranks(order: np.ndarray, levels: list[Level]) -> list[np.ndarray]:
+    """Rank of the first face of each edge in an order of faces, (e_i,) per level; len(order) where none has it."""
+    rank = np.full(first_numbers(levels)[-1], len(order))
+    rank[order] = np.arange(len(order))
+    out = []
+    for own, level in zip(np.split(rank, first_numbers(levels)[1:-1]), levels, strict=True):
+        a, b = level.edge_halfedge.T
+        out.append(np.minimum(own[a // 3], own[b // 3]))
+    return out
+
+
+def carriers(order: np.ndarray, offsets: list[np.ndarray], levels: list[Level]) -> np.ndarray:
+    """`order` without the faces whose edges are zero, or are all on faces before them. offsets: as for `offset_order`."""
+    rank = np.full(first_numbers(levels)[-1], len(order))
+    rank[order] = np.arange(len(order))
+    first = np.concatenate([r[level.edge_of] for r, level in zip(edge_ranks(order, levels), levels, strict=True)])
+    sent = np.concatenate([o[level.edge_of] != 0 for o, level in zip(offsets, levels, strict=True)])
+    brings = (sent & (first == np.repeat(rank, 3))).reshape(-1, 3).any(1)
+    return order[brings[order]]
+
+
+def offset_values(offsets: list[np.ndarray], levels: list[Level], channels: int) -> np.ndarray:
+    """The features (k, channels) of the offsets of all faces: one number for each half-edge, then zeros."""
+    edges = [o[level.edge_of].reshape(-1, 3) for o, level in zip(offsets, levels, strict=True)]
+    return np.pad(np.concatenate(edges), ((0, 0), (0, channels - 3)))

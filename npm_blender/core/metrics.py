@@ -72,10 +72,10 @@ def evaluate(decoded: TriMesh, original: TriMesh, samples: int = 1_000_000, seed
     return Original(original, samples, seed).evaluate(decoded)
 
 
-def compression_ratio(source_vertices: int, base_vertices: int, features: int, feature_dim: int = 8) -> float:
-    """The paper's CR = 3 |V| / (3 |V^0| + feature_dim * features): coordinates before, over coordinates and feature
-    components after. Connectivity, indices and entropy coding are not counted (paper section 4.1)."""
-    return 3 * source_vertices / (3 * base_vertices + feature_dim * features)
+def compression_ratio(source_vertices: int, base_vertices: int, numbers: int) -> float:
+    """The paper's CR = 3 |V| / (3 |V^0| + numbers): coordinates before, over coordinates and components of features
+    after. Connectivity, indices and entropy coding are not counted (paper section 4.1)."""
+    return 3 * source_vertices / (3 * base_vertices + numbers)
 
 
 def _with_area(mesh: TriMesh, name: str) -> TriMesh:

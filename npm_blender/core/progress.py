@@ -20,3 +20,15 @@ def part(progress: Progress, start: float, stop: float) -> Progress:
 def noted(progress: Progress, note: str) -> Progress:
     """`progress` with a note behind every message."""
     return lambda fraction, message: progress(fraction, f"{message} ({note})")
+
+
+def rising(progress: Progress) -> Progress:
+    """`progress` that never falls back: steps that come again keep the farthest fraction."""
+    farthest = 0.0
+
+    def report(fraction: float, message: str) -> None:
+        nonlocal farthest
+        farthest = max(farthest, fraction)
+        progress(farthest, message)
+
+    return report

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import weights as weight_file
 from .backend import NUMPY
-from .decoder import FEATURES, decode
+from .decoder import EDGES, FEATURES, decode
 from .errors import SettingsError, WeightsError
 from .header import Stream
 from .mesh import Frame, TriMesh
@@ -30,7 +30,7 @@ class ProgressiveMesh:
             )
         self.header, self.total_bytes = header, size
         self.levels, self.model_id, self.position_bits = header.levels, header.model_id, header.position_bits
-        self.total_features, self.features = header.total_features, len(stream.level)
+        self.total_features, self.features = header.total_features, len(stream.group)
         self.truncated, self.corrupt = stream.truncated, stream.corrupt
         self.source_faces, self.source_vertices = header.source_faces, header.source_vertices
         self.base_faces, self.base_vertices, self.base_bytes = len(stream.F0), len(stream.V0), stream.base_bytes
@@ -41,8 +41,8 @@ class ProgressiveMesh:
         self._levels = hierarchy(stream.F0, len(stream.V0), header.levels)
         self._meshes = [MeshIndex.of(NUMPY, level) for level in self._levels[:-1]]
         step = np.asarray(header.feature_steps, dtype=np.float32)
-        self._level, self._face = stream.level, stream.face
-        self._value = stream.value.astype(np.float32) * step[stream.level][:, None]
+        self._group, self._face = stream.group, stream.face
+        self._value = stream.value.astype(np.float32) * step[stream.group][:, None]
         self._cache: OrderedDict[int, list[np.ndarray]] = OrderedDict()
 
     def bytes_for(self, features: int) -> int:
@@ -55,6 +55,11 @@ class ProgressiveMesh:
         if size < self.base_bytes:
             raise SettingsError(f"Expected at least {self.base_bytes} bytes (the base mesh), found {size}")
         return int(self._packet_features[np.searchsorted(self._packet_bytes, size, side="right") - 1])
+
+    def numbers(self, features: int) -> int:
+        """Numbers in the first features: 8 in a latent, 3 in a feature of offsets (paper section 4.1 counts them for CR)."""
+        latents = int((self._group[: self._checked_features(features)] < self.levels).sum())
+        return FEATURES * latents + EDGES * (features - latents)
 
     def faces_at(self, level: int) -> int:
         """Faces of a level."""
@@ -77,16 +82,33 @@ class ProgressiveMesh:
         """Cached decode. It passes all coarser levels on its way, so they are kept with it."""
         found = self._cache.get(features, [self._V0])
         if len(found) <= level:
-            sent = [np.zeros((len(mesh.F), FEATURES), np.float32) for mesh in self._levels[:level]]
-            for i, f in enumerate(sent):
-                mine = np.flatnonzero(self._level[:features] == i)
-                f[self._face[mine]] = self._value[mine]
-            found = [self._V0, *decode(NUMPY, self._params, self._V0, sent, self._meshes[:level])]
+            latents = [self._latents(features, i) for i in range(level)]
+            offsets = [self._offsets(features, i) for i in range(level)] if self.header.passes else None
+            found = [self._V0, *decode(NUMPY, self._params, self._V0, latents, self._meshes[:level], offsets)]
         self._cache[features] = found
         self._cache.move_to_end(features)
         while len(self._cache) > CACHED:
             self._cache.popitem(last=False)
         return found[level]
+
+    def _latents(self, features: int, level: int) -> np.ndarray:
+        """Latents (m, 8) of the faces of a level, zero where none is among the first `features`."""
+        out = np.zeros((self._meshes[level].m, FEATURES), np.float32)
+        mine = np.flatnonzero(self._group[:features] == level)
+        out[self._face[mine]] = self._value[mine]
+        return out
+
+    def _offsets(self, features: int, level: int) -> np.ndarray:
+        """Offsets (e, 1) of the midpoints of the edges of a level, unit frame, zero where none has arrived."""
+        mesh = self._meshes[level]
+        out = np.zeros((len(mesh.edge_a), 1), np.float32)
+        for group in range(self.levels + level, len(self.header.feature_steps), self.levels):
+            mine = np.flatnonzero(self._group[:features] == group)
+            edge = mesh.edge_of.reshape(-1, 3)[self._face[mine]]
+            added = np.zeros_like(out)
+            added[edge, 0] = self._value[mine, :3]
+            out += added
+        return out
 
     def _checked_level(self, level: int | None) -> int:
         level = self.levels if level is None else level

@@ -15,7 +15,7 @@ from .errors import StreamError
 from .header import Header, Stream
 from .progressive import ProgressiveMesh
 
-_FEATURE_ARRAYS = ("level", "face", "value")
+_FEATURE_ARRAYS = {"level": "group", "face": "face", "value": "value"}  # names in the file: names in `Stream`
 # what a damaged zip file, and arrays other than those of `pack`, can raise
 _DAMAGE = (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError, EOFError, RuntimeError, MemoryError,
            StreamError, zipfile.BadZipFile, zlib.error)
@@ -48,7 +48,7 @@ def pack(stream: Stream) -> bytes:
     facts = {"header": header, "base_bytes": stream.base_bytes, "truncated": stream.truncated,
              "corrupt": stream.corrupt}
     grid = np.rint(stream.V0 * 2.0**stream.header.position_bits).astype(np.int64)
-    arrays = {"grid": grid, "F0": stream.F0, **{name: getattr(stream, name) for name in _FEATURE_ARRAYS},
+    arrays = {"grid": grid, "F0": stream.F0, **{name: getattr(stream, own) for name, own in _FEATURE_ARRAYS.items()},
               "ends": np.stack(stream.packet_ends)}
     file = io.BytesIO()
     np.savez_compressed(file, facts=np.array(json.dumps(facts)), **{k: _narrow(a) for k, a in arrays.items()})
@@ -63,8 +63,8 @@ def unpack(arrays: bytes) -> Stream:
             fields = facts.pop("header")
             header = Header(**{**fields, "weights_hash": bytes.fromhex(fields["weights_hash"])})
             grid, F0, ends = z["grid"].astype(np.int64), z["F0"].astype(np.int32), z["ends"].astype(np.int64)
-            level, face, value = (z[name].astype(t) for name, t in zip(_FEATURE_ARRAYS, (np.uint8, np.int32, np.int32)))
-        stream = Stream(header, grid * 2.0**-header.position_bits, F0, level, face, value, (ends[0], ends[1]), **facts)
+            group, face, value = z["level"].astype(np.uint8), z["face"].astype(np.int32), z["value"].astype(np.int32)
+        stream = Stream(header, grid * 2.0**-header.position_bits, F0, group, face, value, (ends[0], ends[1]), **facts)
     except _DAMAGE as error:
         raise StreamError(f"Expected a stream that was read before, found damaged arrays ({error}); "
                           "open the file again") from error
@@ -83,11 +83,11 @@ def _narrow(array: np.ndarray) -> np.ndarray:
 def _fits(s: Stream) -> bool:
     """Whether every shape and index is one that a stream can have."""
     features, ends = s.packet_ends
-    faces = len(s.F0) * 4 ** np.arange(s.header.levels, dtype=np.int64)
+    faces = len(s.F0) * 4 ** np.tile(np.arange(s.header.levels, dtype=np.int64), 1 + s.header.passes)
     return bool(
         s.V0.ndim == s.F0.ndim == s.value.ndim == 2 and s.V0.shape[1] == s.F0.shape[1] == 3 and s.F0.size
         and s.F0.min() >= 0 and s.F0.max() < len(s.V0)
-        and s.level.shape == s.face.shape == (len(s.value),) and s.value.shape[1] == s.header.channels
-        and (s.level < s.header.levels).all() and (s.face >= 0).all() and (s.face < faces[s.level]).all()
+        and s.group.shape == s.face.shape == (len(s.value),) and s.value.shape[1] == s.header.channels
+        and (s.group < len(faces)).all() and (s.face >= 0).all() and (s.face < faces[s.group]).all()
         and features.ndim == 1 and (np.diff(features) >= 0).all() and (np.diff(ends) >= 0).all()
         and features[0] == 0 and features[-1] == len(s.value) and ends[0] == s.base_bytes)

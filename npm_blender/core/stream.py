@@ -11,40 +11,40 @@ from .basecoder import decode_positions, encode_positions
 from .connectivity import decode_connectivity, encode_connectivity
 from .errors import StreamError
 from .featurecoder import encode_packets, read_packets
-from .header import MAX_LEVEL_FACES, Header, Stream, check_header
+from .header import MAX_LEVEL_FACES, MAX_PASSES, Header, Stream, check_header
 from .varint import read_varint, write_varint
 
 MAGIC = b"\x8aNPM"
-VERSION = 1
+VERSION = 2                     # 1 has no offsets
 _MAX_BASE_BYTES = 1 << 26       # connectivity and positions of the largest base mesh stay far below
 _PLACE = struct.Struct("<4d")
 
 
-def write_stream(header: Header, V0_ints: np.ndarray, F0: np.ndarray, level: np.ndarray, face: np.ndarray,
+def write_stream(header: Header, V0_ints: np.ndarray, F0: np.ndarray, group: np.ndarray, face: np.ndarray,
                  value: np.ndarray) -> bytes:
     """A whole stream.
 
-    V0_ints (n0, 3): lattice positions (`quantize_positions`); F0 (m0, 3) in `canonical_order`; level (k,), face (k,),
+    V0_ints (n0, 3): lattice positions (`quantize_positions`); F0 (m0, 3) in `canonical_order`; group (k,), face (k,),
     value (k, channels): features in order of importance, k = header.total_features.
     Raises StreamError or MeshError if something is out of range, MeshError if F0 is in another order.
     """
     value = np.asarray(value)
-    if value.shape != (header.total_features, header.channels) or len(level) != len(value) or len(face) != len(value):
+    if value.shape != (header.total_features, header.channels) or len(group) != len(value) or len(face) != len(value):
         raise StreamError(f"Expected {header.total_features} features of {header.channels} numbers, found {value.shape}; "
-                          "give level, face and value of equal lengths")
-    _check_size(len(F0), header.levels)
+                          "give group, face and value of equal lengths")
+    _check_size(len(F0), header.levels, header.passes)
     connectivity = encode_connectivity(F0)
     positions = encode_positions(V0_ints, F0)
     name = header.model_id.encode("ascii")
     head = b"".join([
-        MAGIC, bytes([VERSION, len(name)]), name, header.weights_hash,
+        MAGIC, bytes([2 if header.passes else 1, len(name)]), name, header.weights_hash,
         bytes([header.levels - 1 | header.channels - 1 << 3, header.position_bits]),
-        np.array(header.feature_steps, dtype="<f4").tobytes(),
+        bytes([header.passes] if header.passes else []), np.array(header.feature_steps, dtype="<f4").tobytes(),
         *map(write_varint, (header.total_features, header.source_faces, header.source_vertices)),
         _PLACE.pack(*header.centre, header.size), *map(write_varint, (len(connectivity), len(positions)))])
     body = head + (crc32(head) & 0xFFFF).to_bytes(2, "big") + connectivity + positions
     crc = crc32(body)
-    packets = encode_packets(F0, header.levels, level, face, value, crc & 0xFFFF)
+    packets = encode_packets(F0, header.levels, group, face, value, crc & 0xFFFF, header.passes)
     return b"".join([body, crc.to_bytes(4, "big"), *packets])
 
 
@@ -65,19 +65,20 @@ def read_stream(data: bytes, strict: bool = False) -> Stream:
     if crc != int.from_bytes(data[end:end + 4], "big"):
         raise StreamError("Expected an intact base mesh, found a wrong checksum; the file is corrupted, get it again")
     F0 = decode_connectivity(data[at:middle])
-    _check_size(len(F0), header.levels)
+    _check_size(len(F0), header.levels, header.passes)
     ints = decode_positions(data[middle:end], F0)
-    packets = read_packets(data, end + 4, F0, header.levels, header.channels, header.total_features, crc & 0xFFFF)
+    packets = read_packets(data, end + 4, F0, header.levels, header.channels, header.total_features, crc & 0xFFFF,
+                           header.passes)
     if strict and packets.corrupt:
         raise StreamError(packets.corrupt)
-    return Stream(header, ints * 2.0**-header.position_bits, F0, packets.level, packets.face, packets.value,
+    return Stream(header, ints * 2.0**-header.position_bits, F0, packets.group, packets.face, packets.value,
                   (packets.features, packets.bytes), end + 4, packets.truncated, packets.corrupt)
 
 
-def _check_size(faces: int, levels: int) -> None:
-    total = faces * (4**levels - 1) // 3
+def _check_size(faces: int, levels: int, passes: int) -> None:
+    total = faces * (4**levels - 1) // 3 * (1 + passes)
     if total > MAX_LEVEL_FACES:
-        raise StreamError(f"Expected at most {MAX_LEVEL_FACES} faces in all feature levels, found {total}; "
+        raise StreamError(f"Expected at most {MAX_LEVEL_FACES} faces in all groups of features, found {total}; "
                           "use fewer base faces or levels")
 
 
@@ -115,7 +116,9 @@ def _header_fields(data: bytes) -> tuple[Header, int, int, int]:
     check_header(version >= 1, "a format version", version)
     name, weights_hash, (shape, bits) = take(length), take(8), take(2)
     levels = (shape & 7) + 1
-    steps = np.frombuffer(take(4 * levels), dtype="<f4")
+    passes = take(1)[0] if version > 1 else 0
+    check_header(passes <= MAX_PASSES, f"at most {MAX_PASSES} passes over the offsets", passes)
+    steps = np.frombuffer(take(4 * levels * (1 + passes)), dtype="<f4")
     counts = number(), number(), number()
     *centre, size = _PLACE.unpack(take(_PLACE.size))
     sizes = number(), number()

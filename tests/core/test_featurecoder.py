@@ -6,7 +6,8 @@ from scipy.special import gammaln
 
 from npm_blender.core.connectivity import canonical_order
 from npm_blender.core.errors import StreamError
-from npm_blender.core.featurecoder import MAX_VALUE, _faces, decode_packets, encode_packets, packet_sizes, read_packets
+from npm_blender.core.featurecoder import MAX_VALUE, decode_packets, encode_packets, packet_sizes, read_packets
+from npm_blender.core.featurefaces import faces_of
 from npm_blender.core.subdivide import hierarchy
 
 from .base_meshes import grid, some_features
@@ -19,7 +20,7 @@ def same_packets(packets, level, face, value):
     """The features that arrived are those sent, packet by packet, inside a packet sorted by level and face."""
     for a, b in zip(packets.features, packets.features[1:], strict=False):
         order = a + np.lexsort([face[a:b], level[a:b]])
-        assert np.array_equal(packets.level[a:b], level[order]) and np.array_equal(packets.face[a:b], face[order])
+        assert np.array_equal(packets.group[a:b], level[order]) and np.array_equal(packets.face[a:b], face[order])
         assert np.array_equal(packets.value[a:b], value[order])
 
 
@@ -86,12 +87,12 @@ def test_impossible_features_are_refused(level, face, value, words):
         encode_packets(OPEN, 3, np.array(level), np.array(face), np.full((len(level), 8), value), 0)
 
 
-def test_neighbours_are_those_of_the_subdivided_faces():
+def test_twins_are_those_of_the_subdivided_faces():
     for base in (F0, OPEN):
-        faces = _faces(base, 3)
+        faces = faces_of(base, 3, False)
         for i, level in enumerate(hierarchy(base, int(base.max()) + 1, 2)):
-            assert np.array_equal(faces.neighbours[faces.first[i]:faces.first[i + 1]] - faces.first[i],
-                                  level.opposite.reshape(-1, 3) // 3)
+            assert np.array_equal(faces.twin[3 * faces.first[i]:3 * faces.first[i + 1]] - 3 * faces.first[i],
+                                  level.opposite)
 
 
 def size_of(level, face, value):
@@ -128,3 +129,50 @@ def test_values_cost_about_their_entropy():
         p = np.unique(column, return_counts=True)[1] / len(column)
         ideal -= len(column) * (p * np.log2(p)).sum()
     assert size_of(level, face, value) - size_of(level, face, value * 0) < 1.05 * ideal
+
+
+def some_offsets(F0, passes, count, seed, level_count=2):
+    """Latents of a few faces, then offsets of random faces in each pass: group, face, value in the order of sending."""
+    random = np.random.default_rng(seed)
+    levels = hierarchy(F0, int(F0.max()) + 1, level_count - 1)
+    group, face, value = (list(a) for a in some_features(len(F0), level_count, 10, random))
+    for p in range(1, passes + 1):
+        for i, level in enumerate(levels):
+            edges = np.rint(random.laplace(0, 1.5, len(level.edges))).astype(int)
+            for f in random.permutation(len(level.F))[:count]:
+                group.append(p * level_count + i)
+                face.append(f)
+                value.append([*edges[level.edge_of[3 * f:3 * f + 3]], 0, 0, 0, 0, 0])
+    mixed = random.permutation(len(group))
+    return np.array(group)[mixed], np.array(face)[mixed], np.array(value)[mixed]
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.integers(1, 3), st.integers(0, 60), st.booleans(), st.integers(0, 2**32 - 1))
+def test_offsets_come_back(passes, count, border, seed):
+    base = OPEN if border else F0
+    group, face, value = some_offsets(base, passes, count, seed)
+    data = b"".join(encode_packets(base, 2, group, face, value, 5, passes))
+    packets = decode_packets(data, 0, base, 2, 8, len(group), 5, passes)
+    same_packets(packets, group, face, value)
+    for cut in np.random.default_rng(seed).integers(0, len(data), 3):
+        part = decode_packets(data[:cut], 0, base, 2, 8, len(group), 5, passes)
+        k = part.features[-1]
+        assert np.array_equal(part.value, packets.value[:k]) and np.array_equal(part.group, packets.group[:k])
+
+
+def test_an_edge_costs_nothing_the_second_time():
+    """All faces of a closed mesh have twice as many sides as edges; the values of half of the sides are free."""
+    levels = hierarchy(F0, 200, 0)
+    edges = np.random.default_rng(0).integers(-6, 7, len(levels[0].edges))
+    value = np.pad(edges[levels[0].edge_of].reshape(-1, 3), ((0, 0), (0, 5)))
+    group, face = np.ones(len(F0), int), np.arange(len(F0))
+    bits = 8 * sum(map(len, encode_packets(F0, 1, group, face, value, 0, 1)))
+    nothing = 8 * sum(map(len, encode_packets(F0, 1, group, face, 0 * value, 0, 1)))
+    assert bits - nothing < 1.2 * len(edges) * np.log2(13)
+
+
+def test_groups_beyond_the_passes_are_refused():
+    for passes, group in ((0, 3), (1, 6)):
+        with pytest.raises(StreamError, match="levels"):
+            encode_packets(OPEN, 3, np.array([group]), np.array([0]), np.zeros((1, 8), int), 0, passes)

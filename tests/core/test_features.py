@@ -47,27 +47,53 @@ def test_parents_come_before_their_best_child(seed):
     assert (place[:20] < place[best])[positive].all()
 
 
-@given(st.integers(0, 2**31))
-def test_the_staged_order_is_the_gain_order_but_for_its_second_stage(seed):
+def some_offsets(seed, share=0.3):
+    """Integers on the edges of two levels, most of them zero."""
     random = np.random.default_rng(seed)
-    levels = hierarchy(icosphere(1).F, 42, 2)
-    errors = [random.random(80 * 16) + k for k in (2.0, 1.0, 0.0)]
-    values = random.normal(size=(80 + 320, 8)) * (random.random(400) < 0.9)[:, None]
-    plain = features.gain_order(values, features.measured_gains(errors, levels[:-1]))
-    staged = features.staged_order(values, errors, levels[:-1])
-    first, second = features.STAGES[:2]
-    assert np.array_equal(staged[:first], plain[:first]) and np.array_equal(staged[second:], plain[second:])
-    assert set(staged) == set(plain) and len(staged) == len(plain)
-    # a region stays together: all features of a base face come in one run, parents first as before
-    level, face = features.split(staged[first:second], levels[:-1])
-    base = face // 4 ** level.astype(int)
-    assert (np.diff(base) != 0).sum() == len(np.unique(base)) - 1
+    return [random.integers(-3, 4, len(level.edges)) * (random.random(len(level.edges)) < share) for level in LEVELS[:-1]]
 
 
-def test_the_region_that_gains_most_comes_first():
-    levels = hierarchy(icosphere(2).F, 162, 1)
-    far = np.arange(320) >= 160
-    errors = [np.repeat(np.where(far, 3.0, 1.0), 4), np.repeat(np.where(far, 1.0, 0.5), 4)]
-    order = features.staged_order(np.ones((320, 8)), errors, levels[:-1])
-    rest = order[features.STAGES[0]:]
-    assert far[rest[:60]].all() and not far[rest[-60:]].any()
+@given(st.integers(0, 2**31))
+def test_carriers_bring_every_offset_and_each_brings_one(seed):
+    random, offsets = np.random.default_rng(seed), some_offsets(seed)
+    values = features.offset_values(offsets, LEVELS[:-1], 8)
+    order = random.permutation(np.flatnonzero(values.any(1)))
+    kept = features.carriers(order, offsets, LEVELS[:-1])
+    edges = np.concatenate([LEVELS[0].edge_of, LEVELS[1].edge_of + len(LEVELS[0].edges)]).reshape(-1, 3)
+    brought = set()
+    for number in kept:
+        new = set(edges[number][values[number, :3] != 0]) - brought
+        assert new
+        brought |= new
+    assert brought == set(np.flatnonzero(np.concatenate(offsets)))
+    assert np.array_equal(kept, order[np.isin(order, kept)])
+
+
+@given(st.integers(0, 2**31))
+def test_an_edge_arrives_with_the_first_of_its_faces(seed):
+    order = np.random.default_rng(seed).permutation(100)[:60]
+    ranks = features.edge_ranks(order, LEVELS[:-1])
+    place = {int(number): k for k, number in enumerate(order)}
+    for first, rank, level in zip((0, 20), ranks, LEVELS[:-1], strict=True):
+        for edge in range(len(level.edges)):
+            faces = first + level.edge_halfedge[edge] // 3
+            assert rank[edge] == min(place.get(int(f), 60) for f in faces)
+
+
+def test_faces_that_save_most_for_their_bits_come_first():
+    offsets = [np.ones(len(level.edges), int) for level in LEVELS[:-1]]
+    offsets[0][LEVELS[0].edge_of[:3]] = 100  # as good as the others, and dearer
+    saved = [np.full(320, 2.0), np.full(320, 1.0), np.full(320, 0.9)]
+    order = features.offset_order(offsets, saved, LEVELS[:-1])
+    place = np.argsort(order)
+    assert len(order) == 100 and place[0] > place[1:20].min()
+    assert place[20 + 4 * 19:].min() > place[19]    # a face comes before its children
+
+
+def test_offset_values_are_the_same_on_both_sides_of_an_edge():
+    offsets = some_offsets(1)
+    values = features.offset_values(offsets, LEVELS[:-1], 8)
+    assert values.shape == (100, 8) and not values[:, 3:].any()
+    for first, level in zip((0, 20), LEVELS[:-1], strict=True):
+        own = values[first:first + len(level.F), :3].reshape(-1)
+        assert np.array_equal(own, own[level.opposite])

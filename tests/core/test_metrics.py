@@ -125,5 +125,5 @@ def test_a_mesh_without_area_is_refused_by_name(which):
 
 def test_compression_ratio_is_the_papers_formula():
     assert compression_ratio(50_000, 202, 0) == pytest.approx(150_000 / 606)
-    assert compression_ratio(50_000, 202, 40) == pytest.approx(150_000 / (606 + 320))
-    assert compression_ratio(50_000, 202, 400, feature_dim=4) == pytest.approx(150_000 / (606 + 1600))
+    assert compression_ratio(50_000, 202, 40 * 8) == pytest.approx(150_000 / (606 + 320))
+    assert compression_ratio(50_000, 202, 400 * 4) == pytest.approx(150_000 / (606 + 1600))

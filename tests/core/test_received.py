@@ -87,7 +87,7 @@ def test_cut_arrays_are_refused(end):
 DAMAGE = {
     "a vertex that is not there": {"F0": READ.F0 + 1},
     "a face that is not there": {"face": READ.face + 64 * len(READ.F0)},
-    "a level that is not there": {"level": READ.level + 3},
+    "a level that is not there": {"group": READ.group + 3},
     "features of another size": {"value": READ.value[:, :5]},
     "fewer values than faces": {"value": READ.value[1:]},
     "no faces": {"F0": READ.F0[:0]},

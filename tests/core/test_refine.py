@@ -6,11 +6,12 @@ import pytest
 
 from npm_blender.core import torch_backend
 from npm_blender.core.codec import compress, open_stream
+from npm_blender.core.descent import Target
 from npm_blender.core.errors import SettingsError
 from npm_blender.core.lod import build_lod
 from npm_blender.core.mesh import Frame, TriMesh
 from npm_blender.core.metrics import evaluate
-from npm_blender.core.refine import Refiner, Target, _added
+from npm_blender.core.refine import Refiner, _values
 from npm_blender.core.settings import CompressSettings, ComputeSettings, LodSettings
 from npm_blender.core.subdivide import hierarchy
 from npm_blender.core.surface import Surface
@@ -19,6 +20,7 @@ from tests.shapes import bumpy, grid
 
 SHAPES = {"closed": bumpy(4), "open": grid(40)}
 LOD = LodSettings(base_faces=100)
+STEPS = [0.25, 0.25]  # of latents of two levels
 
 
 @cache
@@ -54,19 +56,19 @@ def test_features_that_do_harm_are_left_out_and_the_others_stay():
     """One feature that helps and one that spoils another corner of the mesh: pruning keeps the first."""
     unit, lod, levels = in_unit_frame("closed")
     refiner = Refiner(load().params, Target(unit, Surface(unit), lod, levels), 1)
-    base, steps = refiner.B.array(lod.V0), np.array([0.25, 0.25], np.float32)
+    base = refiner.B.array(lod.V0)
     none = [refiner.torch.zeros(len(level.F), 8) for level in levels[:-1]]
     error = [float(refiner._face_errors(base, none)[0].mean())]
     single = {}
     for face in range(0, 100, 3):  # what each of some features does alone
         news = [n.clone() for n in none]
         news[0][face] = 2.0
-        single[face] = float(refiner._face_errors(base, _added(none, news, steps))[0].mean()) - error[0]
+        single[face] = float(refiner._face_errors(base, _values(news, STEPS))[0].mean()) - error[0]
     good, bad = min(single, key=single.get), max(single, key=single.get)
     assert single[good] < 0 < single[bad]
     both = [n.clone() for n in none]
     both[0][[good, bad]] = 2.0
-    kept = refiner._pruned(base, none, both, steps)
+    kept = refiner._pruned(base, both, STEPS)
     assert kept[0][good].all() and not kept[0][bad].any() and not kept[1].any()
 
 
@@ -97,7 +99,7 @@ def test_everything_stays_on_the_chosen_device(monkeypatch):
     features = [np.ones((len(level.F), 8), np.float32) for level in levels[:-1]]
     assert [f.shape for f in refiner.level_by_level(lod.V0, features, 1.0)] == [f.shape for f in features]
     order = np.arange(sum(map(len, features)))
-    ints = refiner.staged(lod.V0, features, order, np.array([0.25, 0.25], np.float32), 1.0)
+    ints = refiner.latents(lod.V0, features, order, np.array(STEPS, np.float32), 1.0)
     assert [i.shape for i in ints] == [f.shape for f in features] and fetched
 
 

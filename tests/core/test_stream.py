@@ -13,6 +13,7 @@ from npm_blender.core.connectivity import canonical_order
 from npm_blender.core.errors import StreamError
 from npm_blender.core.header import MAX_LEVEL_FACES
 from npm_blender.core.stream import MAGIC, VERSION, Header, read_stream, write_stream
+from npm_blender.core.subdivide import hierarchy
 
 from .base_meshes import TETRAHEDRON, some_features, sphere
 
@@ -39,25 +40,31 @@ FROZEN = (
     "0d6d4f2a5ac6808d2e158ecb88f56deb0bb1d840cbfcdd821adede1ac7c032e47b"
 )
 
+FROZEN_2 = (
+    "8a4e504d020764656661756c740102030405060708390c02cdcccc3dcdcc4c3e6f12833a6f12033b17b7d13817b7513925a08d06d2860300"
+    "0000000000f03f00000000000000c09a9999999999b93f000000000000044003133b620400e01a579669a4b9838bc458a1c371ba813195a5"
+    "202162592017890d149a237fd7b00b62f6088478fd638100e39a369580a6b70f09e14a972c4525c8b29b234900b8c0d369"
+)
+
 DATA, SENT = stream(100)
 READ = read_stream(DATA)
 
 
 def same_prefix(read):
     """What was read is the whole stream's beginning."""
-    k = len(read.level)
+    k = len(read.group)
     assert np.array_equal(read.V0, READ.V0) and np.array_equal(read.F0, READ.F0) and read.header == READ.header
-    assert np.array_equal(read.level, READ.level[:k]) and np.array_equal(read.face, READ.face[:k])
+    assert np.array_equal(read.group, READ.group[:k]) and np.array_equal(read.face, READ.face[:k])
     assert np.array_equal(read.value, READ.value[:k]) and read.packet_ends[0][-1] == k
 
 
 def test_a_stream_comes_back():
     header, Vq, F0, level, face, value = SENT
     assert READ.header == header and np.array_equal(READ.V0, Vq) and np.array_equal(READ.F0, F0)
-    assert READ.V0.dtype == np.float64 and READ.F0.dtype == np.int32 and READ.level.dtype == np.uint8
+    assert READ.V0.dtype == np.float64 and READ.F0.dtype == np.int32 and READ.group.dtype == np.uint8
     assert READ.face.dtype == np.int32 and READ.value.dtype == np.int32
     sent = {(a, b): tuple(c) for a, b, c in zip(level, face, value, strict=True)}
-    assert sent == {(a, b): tuple(c) for a, b, c in zip(READ.level, READ.face, READ.value, strict=True)}
+    assert sent == {(a, b): tuple(c) for a, b, c in zip(READ.group, READ.face, READ.value, strict=True)}
     features, ends = READ.packet_ends
     assert features.tolist() == [0, 20, 40, 80, 100] and ends[0] == READ.base_bytes and ends[-1] == len(DATA)
     assert not READ.truncated and READ.corrupt is None
@@ -66,7 +73,7 @@ def test_a_stream_comes_back():
 
 def test_no_features_is_a_stream_too():
     read = read_stream(stream(0)[0])
-    assert len(read.level) == 0 and read.value.shape == (0, 8) and not read.truncated
+    assert len(read.group) == 0 and read.value.shape == (0, 8) and not read.truncated
     assert read.packet_ends[0].tolist() == [0]
 
 
@@ -80,7 +87,7 @@ def test_every_prefix_past_the_base_opens():
     for cut in range(READ.base_bytes, len(DATA)):
         read = read_stream(DATA[:cut])
         assert read.truncated and read.corrupt is None
-        assert len(read.level) == READ.packet_ends[0][np.searchsorted(READ.packet_ends[1], cut, "right") - 1]
+        assert len(read.group) == READ.packet_ends[0][np.searchsorted(READ.packet_ends[1], cut, "right") - 1]
         same_prefix(read)
 
 
@@ -184,9 +191,51 @@ def test_version_1_is_frozen():
     header, ints, F0, level, face, value = small_stream()
     read = read_stream(data, strict=True)
     assert read.header == header and np.array_equal(read.V0 * 4096, ints) and np.array_equal(read.F0, F0)
-    assert {(a, b): tuple(c) for a, b, c in zip(read.level, read.face, read.value, strict=True)} == \
+    assert {(a, b): tuple(c) for a, b, c in zip(read.group, read.face, read.value, strict=True)} == \
            {(a, b): tuple(c) for a, b, c in zip(level, face, value, strict=True)}
     assert write_stream(*small_stream()) == data
+
+
+def offset_stream():
+    """What goes into a stream of version 2: latents of three faces, then offsets of most faces in two passes."""
+    F0 = canonical_order(TETRAHEDRON, 4).F
+    features = [(0, f, [f - 1, 2, -3, 0, 1, 0, 5, -1]) for f in range(3)]
+    for p in (1, 2):
+        for i, level in enumerate(hierarchy(F0, 4, 1)):
+            edges = np.arange(len(level.edges)) % 5 - 2
+            features += [(2 * p + i, f, [*edges[level.edge_of[3 * f:3 * f + 3]], 0, 0, 0, 0, 0])
+                         for f in range(len(level.F)) if f % 7 != 3]
+    group, face, value = (np.array(a) for a in zip(*features, strict=True))
+    ints = np.array([[5, -9, 100], [-700, 20, 3], [650, 800, -77], [0, -1024, 512]])
+    steps = (0.1, 0.2, 1e-3, 2e-3, 1e-4, 2e-4)
+    header = replace(HEADER, levels=2, feature_steps=steps, total_features=len(group))
+    return header, ints, F0, group, face, value
+
+
+def test_version_2_is_frozen():
+    data = bytes.fromhex(FROZEN_2)
+    header, ints, F0, group, face, value = offset_stream()
+    read = read_stream(data, strict=True)
+    assert read.header == header and read.header.passes == 2 and data[4] == 2
+    assert np.array_equal(read.V0 * 4096, ints) and np.array_equal(read.F0, F0)
+    assert {(a, b): tuple(c) for a, b, c in zip(read.group, read.face, read.value, strict=True)} == \
+           {(a, b): tuple(c) for a, b, c in zip(group, face, value, strict=True)}
+    assert write_stream(*offset_stream()) == data
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.data())
+def test_damage_to_version_2_ends_in_an_error_or_a_shorter_read(data):
+    whole = bytes.fromhex(FROZEN_2)
+    damaged = bytearray(whole[:data.draw(st.integers(0, len(whole)))])
+    for _ in range(data.draw(st.integers(0, 3)) if damaged else 0):
+        damaged[data.draw(st.integers(0, len(damaged) - 1))] ^= data.draw(st.integers(1, 255))
+    try:
+        read = read_stream(bytes(damaged))
+    except StreamError as error:
+        assert "Expected" in str(error)
+    else:
+        assert len(read.group) <= read.header.total_features
 
 
 def test_plain_python_reads_and_writes_the_same_bytes(tmp_path):
@@ -197,8 +246,8 @@ def test_plain_python_reads_and_writes_the_same_bytes(tmp_path):
               "from npm_blender.core.stream import read_stream, write_stream\n"
               f"data = open({str(tmp_path / 'a')!r}, 'rb').read()\n"
               "s = read_stream(data)\n"
-              "assert not COMPILED and len(s.level) == 30\n"
-              "assert write_stream(s.header, (s.V0 * 4096).astype(int), s.F0, s.level, s.face, s.value) == data\n")
+              "assert not COMPILED and len(s.group) == 30\n"
+              "assert write_stream(s.header, (s.V0 * 4096).astype(int), s.F0, s.group, s.face, s.value) == data\n")
     done = subprocess.run([sys.executable, "-W", "error::RuntimeWarning", "-c", script], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 

@@ -1,0 +1,244 @@
+"""The sender: from a LoD sequence to the bytes of a stream.
+
+The base and the latents first, then the offsets in passes, each finer than the one before. With torch all of them are
+fitted through the decoder; without it the latents are the encoder's and the offsets are traced to the surface.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import features as ordering
+from .backend import NUMPY
+from .basecoder import quantize_positions
+from .decoder import FEATURES, decode
+from .encoder import encode
+from .features import LATENTS
+from .lod import LodSequence
+from .mesh import Frame, TriMesh
+from .offsettrace import traced_offsets
+from .operators import MeshIndex
+from .progress import Progress, part, rising
+from .settings import CompressSettings, ComputeSettings
+from .stream import Header, write_stream
+from .subdivide import Level
+from .surface import Surface
+from .weights import Weights
+
+LATENT_STEP = 1.0  # quantization step on the finest trained level; refinement knows of the rounding
+LATENT_ERROR = 8e-4  # a mesh that is off by less without features gets finer steps, down to a tenth
+GROWTH = 1.4  # of the steps of offsets from level to level
+LEAST_STEP = 2e-5  # of offsets of level 0, unit frame
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A pass over the offsets. step: quantization step on level 0, over the mean error of the mesh without offsets; bit:
+    share of the loss for a bit, see `offsetfit`; embedded: whether it starts from traced offsets and its prefixes are
+    fitted too; a pass that finds little left to do starts from zeros, which leaves most edges out."""
+
+    step: float
+    bit: float
+    embedded: bool
+
+
+PLANS = (Plan(0.5, 5e-5, True), Plan(0.125, 1e-5, False))
+STAGES = 3 + sum(1 + plan.embedded for plan in PLANS)  # fits through the decoder: base, latents twice, offsets
+
+
+class Clock:
+    """Seconds by stage; the stages' shares of the progress bar."""
+
+    def __init__(self, progress: Progress, shares: dict[str, float]) -> None:
+        self.seconds: dict[str, float] = {}
+        total, start, self._parts = sum(shares.values()), 0.0, {}
+        progress = rising(progress)
+        for name, share in shares.items():
+            self._parts[name] = part(progress, start / total, (start + share) / total)
+            start += share
+
+    def run(self, name: str, step: Callable, *arguments):
+        """step(*arguments, progress), timed under `name`."""
+        begun = time.perf_counter()
+        try:
+            return step(*arguments, self._parts[name])
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begun
+
+
+@dataclass(frozen=True)
+class Offsets:
+    """One pass: integers (e_i,) and steps (L,) per level, and the numbers of the faces that carry them, in order."""
+
+    ints: list[np.ndarray]
+    steps: np.ndarray
+    order: np.ndarray
+
+
+def step_scale(error: float) -> float:
+    """Scale of everything that touches latents, 0.1 to 1, from a mesh's error without features (unit frame)."""
+    return float(np.clip(error / LATENT_ERROR, 0.1, 1))
+
+
+def latent_steps(levels: int, scale: float = 1.0) -> np.ndarray:
+    """Quantization step of the latents of each level, (levels,) float32: finer where a latent moves more surface."""
+    return np.array([scale * LATENT_STEP * max(0.5, 0.7 ** max(2 - i, 0)) for i in range(levels)], dtype=np.float32)
+
+
+class Sender:
+    """What a mesh is sent as. All positions are in the unit frame."""
+
+    def __init__(
+        self,
+        weights: Weights,
+        unit: TriMesh,
+        lod: LodSequence,
+        levels: list[Level],
+        settings: CompressSettings,
+        refine_steps: int,
+        compute: ComputeSettings,
+        clock: Clock,
+    ) -> None:
+        """unit: the cleaned input in the unit frame; levels: 0..L of `lod`; refine_steps: 0 to do without torch."""
+        self.weights, self.params, self.unit, self.lod = weights, weights.params, unit, lod
+        self.levels, self.feature_levels, self.settings = levels, levels[:-1], settings
+        self.refine_steps, self.compute, self.clock = refine_steps, compute, clock
+        self.message = ""
+        self.meshes = [MeshIndex.of(NUMPY, level) for level in levels]
+        self.surface = Surface(unit)
+        areas = TriMesh(lod.V, levels[-1].F).face_areas()
+        self.area = areas / areas.sum()
+
+    def send(self, frame: Frame, source: TriMesh) -> tuple[bytes, int]:
+        """All steps: (stream, number of features). frame: of the cleaned input; source: for the counts in the header."""
+        run = self.clock.run
+        refiner = run("refine", self._refiner) if self.refine_steps else None
+        V0 = run("refine", lambda p: refiner.base(self.lod.V0)) if refiner else self.lod.V0
+        grid, V0 = quantize_positions(V0, self.settings.position_bits)
+        steps, latents, order = self._latents(refiner, V0)
+        values = [i * s for i, s in zip(latents, steps, strict=True)]
+        error = float(self._face_errors(V0, values, None).sum())
+        passes, sent = [], [np.zeros(len(mesh.edge_a)) for mesh in self.meshes[:-1]]
+        for plan in PLANS:
+            passes.append(self._offsets(refiner, V0, values, sent, error, plan))
+            sent = [a + b * s for a, b, s in zip(sent, passes[-1].ints, passes[-1].steps, strict=True)]
+
+        def write(report: Progress) -> tuple[bytes, int]:
+            report(0.0, "Writing")
+            return self._write(frame, source, grid, steps, np.concatenate(latents), order, passes)
+
+        return run("write", write)
+
+    def _write(self, frame, source, grid, steps, latents, order, passes) -> tuple[bytes, int]:
+        total = len(latents)
+        numbers = np.concatenate([order, *((i + 1) * total + p.order for i, p in enumerate(passes))])
+        values = [latents, *(ordering.offset_values(p.ints, self.feature_levels, FEATURES) for p in passes)]
+        group, face = ordering.split(numbers, self.feature_levels * (1 + len(passes)))
+        header = Header(
+            model_id=self.weights.model_id,
+            weights_hash=self.weights.digest,
+            levels=self.lod.levels,
+            position_bits=self.settings.position_bits,
+            feature_steps=tuple(map(float, np.concatenate([steps, *(p.steps for p in passes)]))),
+            total_features=len(numbers),
+            source_faces=len(source.F),
+            source_vertices=len(source.V),
+            centre=tuple(map(float, frame.centre)),
+            size=frame.size,
+        )
+        return write_stream(header, grid, self.lod.F0, group, face, np.concatenate(values)[numbers]), len(numbers)
+
+    def _refiner(self, progress: Progress):
+        from .descent import Target
+        from .refine import Refiner
+
+        target = Target(self.unit, self.surface, self.lod, self.levels)
+        refiner = Refiner(self.params, target, self.refine_steps, progress, self.compute)
+        refiner.total = STAGES
+        if self.compute.device == "gpu" and refiner.device == "cpu":
+            self.message = "refined on the processor, as torch finds no GPU"
+        return refiner
+
+    def _latents(self, refiner, V0: np.ndarray) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
+        """Steps (L,), integers (m_i, 8) per level, and the numbers of those that are sent, in order of importance."""
+        run = self.clock.run
+        values = run("encode", self._encode, V0)
+        scale = step_scale(float(self._face_errors(V0, [0 * v for v in values], None).sum()))
+        steps = latent_steps(self.lod.levels, scale)
+        if refiner:
+            values = run("refine", lambda p: refiner.level_by_level(V0, values, scale))
+        order = run("order", self._latent_order, V0, values)
+        if refiner:
+            ints = run("refine", lambda p: refiner.latents(V0, values, order, steps, scale))
+        else:
+            ints = [np.rint(v / s).astype(np.int32) for v, s in zip(values, steps, strict=True)]
+        flat, sent = np.concatenate(ints), np.zeros(sum(map(len, ints)), bool)
+        sent[order] = True
+        parts = np.split(flat * sent[:, None], ordering.first_numbers(self.feature_levels)[1:-1])
+        return steps, parts, order[flat[order].any(1)]
+
+    def _encode(self, V0: np.ndarray, progress: Progress) -> list[np.ndarray]:
+        """The encoder's latents (m_i, 8) per level, zeros on levels above the first that have enough faces."""
+        progress(0.0, "Encoding")
+        Vs = [V0, *(self.lod.V[: level.n] for level in self.levels[1:])]
+        values = encode(NUMPY, self.params, [NUMPY.array(V) for V in Vs], self.meshes)
+        enough = np.cumsum([len(v) for v in values]) >= LATENTS
+        return [v * (i == 0 or not enough[i - 1]) for i, v in enumerate(values)]
+
+    def _latent_order(self, V0: np.ndarray, values: list[np.ndarray], progress: Progress) -> np.ndarray:
+        progress(0.0, "Ordering features")
+        flat = np.concatenate(values)
+        if self.settings.order == "magnitude":
+            return ordering.magnitude_order(flat)[:LATENTS]
+        errors = []
+        for count in range(self.lod.levels + 1):
+            sent = [v if i < count else 0 * v for i, v in enumerate(values)]
+            V = decode(NUMPY, self.params, NUMPY.array(V0), sent, self.meshes[:-1])[-1]
+            error = np.abs(((V - self.lod.V) * self.lod.N).sum(1))
+            errors.append(error[self.levels[-1].F].mean(1) * self.area)
+        return ordering.gain_order(flat, ordering.measured_gains(errors, self.feature_levels))[:LATENTS]
+
+    def _offsets(self, refiner, V0: np.ndarray, latents: list, before: list, error: float, plan: Plan) -> Offsets:
+        """One pass on top of the offsets `before`, for a mesh that is off by `error` without any."""
+        run, levels = self.clock.run, self.feature_levels
+        steps = (max(plan.step * error, LEAST_STEP) * GROWTH ** np.arange(len(levels))).astype(np.float32)
+        if plan.embedded or not refiner:
+            ints = run("encode", self._traced, V0, latents, before, steps)
+        else:
+            ints = [0 * b for b in before]
+        if refiner:
+            from .offsetfit import OffsetFit
+
+            fit = OffsetFit(refiner, V0, latents, before, steps, plan.bit)
+            start = ints
+            ints = run("refine", lambda p: fit.whole(start))
+
+        def ranked(progress: Progress) -> np.ndarray:
+            progress(0.0, "Ordering features")
+            errors = []
+            for count in range(self.lod.levels + 1):
+                added = [o * s * (i < count) for i, (o, s) in enumerate(zip(ints, steps, strict=True))]
+                errors.append(self._face_errors(V0, latents, [b + a for b, a in zip(before, added, strict=True)]))
+            return ordering.offset_order(ints, errors, levels)
+
+        order = run("order", ranked)
+        if refiner and plan.embedded:
+            most = max(len(order), 1)
+            shares = [np.where(r < len(order), r / most, 2.0) for r in ordering.edge_ranks(order, levels)]
+            ints = run("refine", lambda p: fit.staged(ints, shares))
+        return Offsets(ints, steps, ordering.carriers(order, ints, levels))
+
+    def _traced(self, V0, latents, before, steps, progress: Progress) -> list[np.ndarray]:
+        progress(0.0, "Encoding")
+        return traced_offsets(self.params, V0, latents, self.meshes[:-1], self.surface, before, steps)
+
+    def _face_errors(self, V0: np.ndarray, latents: list, offsets: list | None) -> np.ndarray:
+        """Distance to the input times share of the area, (m_L,), of the faces of the finest decode; it adds up to the mean."""
+        if offsets is not None:
+            offsets = [o.astype(np.float32)[:, None] for o in offsets]
+        latents = [f.astype(np.float32) for f in latents]
+        V = decode(NUMPY, self.params, NUMPY.array(V0), latents, self.meshes[:-1], offsets)[-1]
+        distance, _, _ = self.surface.closest(V.astype(np.float64))
+        return distance[self.levels[-1].F].mean(1) * self.area
