@@ -53,8 +53,9 @@ def make(context: bpy.types.Context, received: "Received", name: str,
     mesh = bpy.data.meshes.new(name)
     obj = bpy.data.objects.new(name, mesh)
     try:
-        if source is not None and source.active_material is not None:
-            mesh.materials.append(source.active_material)
+        material = None if source is None else main_material(source)
+        if material is not None:
+            mesh.materials.append(material)
         obj.npmesh.source = source
         set_stream(obj, received)
     except BaseException:
@@ -103,6 +104,19 @@ def discard(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> None:
         source.hide_set(False)
         source.select_set(True)
         view_layer.objects.active = source
+
+
+def main_material(obj: bpy.types.Object) -> bpy.types.Material | None:
+    """The material of most faces of an object; the decoded faces are others, so they get one for all."""
+    import numpy as np
+
+    index = obj.data.attributes.get("material_index") if isinstance(obj.data, bpy.types.Mesh) else None
+    if len(obj.material_slots) < 2 or index is None or index.domain != "FACE" or not len(index.data):
+        return obj.material_slots[0].material if obj.material_slots else None
+    slots = np.zeros(len(index.data), dtype=np.int32)
+    index.data.foreach_get("value", slots)
+    most = int(np.bincount(np.clip(slots, 0, len(obj.material_slots) - 1)).argmax())
+    return obj.material_slots[most].material
 
 
 def ply_bytes(vertices: int, faces: int) -> int:

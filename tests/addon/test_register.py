@@ -10,7 +10,9 @@ import bpy
 from .source_addon import ROOT, enable
 
 OPERATORS = ("object.npmesh_compress", "object.npmesh_preview", "object.npmesh_apply", "object.npmesh_discard",
-             "object.npmesh_cancel", "export_scene.npmesh", "import_scene.npmesh")
+             "object.npmesh_cancel", "object.npmesh_stop", "object.npmesh_play", "object.npmesh_stop_playing",
+             "object.npmesh_lod_set", "object.npmesh_link", "object.npmesh_pack", "object.npmesh_reload",
+             "export_scene.npmesh", "export_scene.npmesh_gltf", "import_scene.npmesh")
 
 
 def registered(name: str) -> bool:

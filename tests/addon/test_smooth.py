@@ -1,4 +1,4 @@
-"""Shading of the decoded levels is that of the original."""
+"""Shading of the decoded levels is that of the original, and their material the one of most of its faces."""
 import math
 
 import bpy
@@ -105,3 +105,21 @@ def test_the_modifier_tells_the_angle(part, received):
 
 def test_an_opened_file_is_smooth(opened):
     assert opened.npmesh.shading == "SMOOTH" and not flat(opened.data).any()
+
+
+@pytest.mark.parametrize(("faces", "name"), [(0.2, "Clay"), (0.8, "Gold")])
+def test_the_material_of_most_faces(part, received, faces, name):
+    source = add_object()
+    for material in ("Clay", "Gold"):
+        source.data.materials.append(bpy.data.materials.new(material))
+    count = len(source.data.polygons)
+    source.data.polygons.foreach_set("material_index", (np.arange(count) < faces * count).astype(np.int32))
+    shown = part("preview").make(bpy.context, received, "Shape Preview", source)
+    for level in ("2", "0"):
+        shown.npmesh.level = level
+        assert [m.name for m in shown.data.materials] == [name]
+
+
+def test_an_object_without_material(part, received):
+    shown = part("preview").make(bpy.context, received, "Shape Preview", add_object())
+    assert not shown.data.materials
