@@ -23,7 +23,6 @@ METHODS = (
     "progressive_meshes",
     "subdivision_codec",
     "subdivision_embedded",
-    "subdivision_embedded",
     "meshopt",
     "draco",
 )
