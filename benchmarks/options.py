@@ -12,13 +12,14 @@ from .methods import METHODS
 
 QUICK_MESHES, QUICK_SAMPLES = 6, 20_000
 QUICK_FACES = (4_000, 20_000)
+SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".drc")
 MADE = Path("out/bench/meshes")
 
 
 def parse(doc: str) -> argparse.Namespace:
     """Options of `compare` and `report`; doc: the module's docstring."""
     parser = argparse.ArgumentParser(description=doc.split("\n")[0])
-    parser.add_argument("corpus", type=Path, nargs="?", help="folder with manifest.csv; without one Blender makes meshes")
+    parser.add_argument("corpus", type=Path, nargs="?", help="folder of meshes, or with manifest.csv; without one Blender makes some")
     parser.add_argument("--split", default="test")
     parser.add_argument("--quick", action="store_true", help=f"{QUICK_MESHES} meshes of moderate size, fewer samples")
     parser.add_argument("--limit", type=int, help="so many meshes, spread over the sizes")
@@ -36,7 +37,20 @@ def parse(doc: str) -> argparse.Namespace:
     unknown = sorted(set(o.methods) - set(METHODS))
     if unknown:
         parser.error(f"Expected methods among {', '.join(METHODS)}, found {', '.join(unknown)}")
+    if o.corpus and not listed(o.corpus) and not loose(o.corpus):
+        parser.error(f"Expected a folder with manifest.csv or with {' '.join(SUFFIXES)} files, found none in {o.corpus}")
     return o
+
+
+def listed(folder: Path) -> bool:
+    """Whether a folder has a manifest."""
+    return (folder / "manifest.csv").is_file()
+
+
+def loose(folder: Path) -> list[Entry]:
+    """The mesh files of a folder without a manifest, the smallest file first; how many faces they have is not known."""
+    files = [p for p in folder.glob("*") if p.suffix.lower() in SUFFIXES and p.is_file()]
+    return [Entry(p.name, p, 0, "") for p in sorted(files, key=lambda p: (p.stat().st_size, p.name))]
 
 
 def set_name(o: argparse.Namespace) -> str:
@@ -45,9 +59,9 @@ def set_name(o: argparse.Namespace) -> str:
 
 
 def meshes(o: argparse.Namespace) -> list[Entry]:
-    """The meshes that the options choose, smallest first. Raises FileError if the corpus has no manifest."""
+    """The meshes that the options choose, smallest first."""
     if o.corpus:
-        found = entries(o.corpus, o.split)
+        found = entries(o.corpus, o.split) if listed(o.corpus) else loose(o.corpus)
     else:
         if not (MADE / "manifest.csv").is_file():
             subprocess.run([sys.executable, "-m", "benchmarks.made", str(MADE)], check=True)

@@ -1,0 +1,33 @@
+import sys
+
+import pytest
+
+from benchmarks import options
+
+
+def parsed(monkeypatch, *arguments):
+    monkeypatch.setattr(sys, "argv", ["compare", *map(str, arguments)])
+    return options.parse("Test.")
+
+
+def test_a_folder_of_files_is_taken_smallest_first(tmp_path, monkeypatch):
+    for name, size in (("b.ply", 30), ("a.OBJ", 10), ("c.stl", 20), ("notes.txt", 5)):
+        (tmp_path / name).write_bytes(bytes(size))
+    o = parsed(monkeypatch, tmp_path)
+    assert [e.name for e in options.meshes(o)] == ["a.OBJ", "c.stl", "b.ply"]
+    o = parsed(monkeypatch, tmp_path, "--limit", 2)
+    assert [e.name for e in options.meshes(o)] == ["a.OBJ", "b.ply"]
+
+
+def test_quick_takes_six_of_moderate_size_from_a_manifest(tmp_path, monkeypatch):
+    rows = "\n".join(f"m{i:02},m{i:02}.ply,{'train' if i == 3 else 'test'},{2000 * i}" for i in range(1, 21))
+    (tmp_path / "manifest.csv").write_text("name,file,split,faces\n" + rows + "\n")
+    found = options.meshes(parsed(monkeypatch, tmp_path, "--quick"))
+    assert len(found) == 6 and all(4_000 <= e.faces <= 20_000 and e.name != "m03" for e in found)
+
+
+@pytest.mark.parametrize("arguments", [("--methods", "ours,nonsense"), ("/nowhere",)])
+def test_a_mistake_is_one_line_and_code_2(arguments, monkeypatch, capsys):
+    with pytest.raises(SystemExit) as stop:
+        parsed(monkeypatch, *arguments)
+    assert stop.value.code == 2 and capsys.readouterr().err.splitlines()[-1].startswith("compare: error: Expected")
