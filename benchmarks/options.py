@@ -19,7 +19,7 @@ MADE = Path("out/bench/meshes")
 def parse(doc: str) -> argparse.Namespace:
     """Options of `compare` and `report`; doc: the module's docstring."""
     parser = argparse.ArgumentParser(description=doc.split("\n")[0])
-    parser.add_argument("corpus", type=Path, nargs="?", help="folder of meshes, or with manifest.csv; without one Blender makes some")
+    parser.add_argument("corpus", type=Path, nargs="?", help="folder of meshes, or with manifest.csv; none: Blender makes some")
     parser.add_argument("--split", default="test")
     parser.add_argument("--quick", action="store_true", help=f"{QUICK_MESHES} meshes of moderate size, fewer samples")
     parser.add_argument("--limit", type=int, help="so many meshes, spread over the sizes")
