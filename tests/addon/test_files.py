@@ -102,6 +102,20 @@ def test_one_bad_file_among_good_ones_does_not_stop_them(stream, tmp_path):
     assert [o.name for o in bpy.data.objects] == ["good"]
 
 
+def test_of_many_files_each_says_what_is_wrong_in_one_line(part, stream, tmp_path, capfd):
+    base = part("core.codec").open_stream(stream).base_bytes
+    contents = {"whole": stream, "cut": stream[:(base + len(stream)) // 2], "empty": b"", "early": stream[:60]}
+    for name, data in contents.items():
+        (tmp_path / f"{name}.npmesh").write_bytes(data)
+    files = [{"name": f"{name}.npmesh"} for name in (*contents, "missing")]
+    message = refusal(bpy.ops.import_scene.npmesh, directory=str(tmp_path), files=files)
+    for name in ("empty", "early", "missing"):
+        assert sum(f"'{name}.npmesh': Expected" in line for line in message.splitlines()) == 1
+    assert "'cut.npmesh' ends early: opened with" in message + capfd.readouterr().out
+    assert sorted(obj.name for obj in bpy.context.selected_objects) == ["cut", "whole"]
+    assert len(bpy.data.objects) == 2
+
+
 def test_a_wrong_suffix_and_a_missing_folder(opened, tmp_path):
     message = refusal(bpy.ops.export_scene.npmesh, filepath=str(tmp_path / "a.ply"), check_existing=False)
     assert "ends in .npmesh, found 'a.ply'" in message
