@@ -44,10 +44,10 @@ def hidden(scratch: Path) -> tuple[list[str], Path | None]:
     if sys.platform != "linux" or os.geteuid() or shutil.which("unshare") is None:
         sys.exit(f"Expected a Blender without {', '.join(OURS)}, found some in {', '.join(sorted(folders))}; "
                  "to hide them, run this as root")
-    lines = ["set -e"]
+    lines, wholes = ["set -e"], []
     for k, folder in enumerate(sorted(folders)):
-        whole, shown = scratch / f"whole{k}", scratch / f"shown{k}"
-        whole.mkdir()
+        whole, shown = _elsewhere(scratch / f"whole{k}", Path(folder)), scratch / f"shown{k}"
+        wholes.append(whole)
         shown.mkdir()
         for entry in os.listdir(folder):
             if entry.lower().split("-")[0].split(".")[0] not in OURS:
@@ -58,13 +58,25 @@ def hidden(scratch: Path) -> tuple[list[str], Path | None]:
     own = ["unshare", "--mount"] if trial.returncode == 0 else ["unshare", "--mount", "--propagation", "unchanged"]
     wrapper = [*own, "sh", "-c", "\n".join([*lines, 'exec "$@"']), "sh"]
     subprocess.run([*wrapper, "true"], check=True)
-    if os.listdir(scratch / "whole0"):
-        for k, folder in enumerate(sorted(folders)):
-            subprocess.run(["umount", folder, str(scratch / f"whole{k}")])
+    if os.listdir(wholes[0]):
+        for folder, whole in zip(sorted(folders), wholes, strict=True):
+            subprocess.run(["umount", folder, str(whole)])
         sys.exit("Expected mounts to stay in a namespace of their own, found that they do not here; run this elsewhere")
     torch = find_spec("torch")
     folder = torch and torch.origin and str(Path(torch.origin).parents[1])
-    return wrapper, scratch / f"whole{sorted(folders).index(folder)}" if folder in folders else None
+    return wrapper, wholes[sorted(folders).index(folder)] if folder in folders else None
+
+
+def _elsewhere(scratch: Path, folder: Path) -> Path:
+    """An empty folder for all that is in `folder`, among links to what is beside it: relative links in it still lead there."""
+    for level in (folder.parents[1], folder.parent):
+        scratch.mkdir()
+        for entry in os.listdir(level):
+            if level / entry not in (folder, folder.parent):
+                (scratch / entry).symlink_to(level / entry)
+        scratch /= (folder.parent if level == folder.parents[1] else folder).name
+    scratch.mkdir()
+    return scratch
 
 
 def run(what: str, command: list[str], environment: dict[str, str]) -> str:
