@@ -9,7 +9,7 @@ VENV := .venv
 PY := $(VENV)/bin/python
 PIP := $(PY) -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo bench test lint extension check-extension clean
+.PHONY: help demo bench test lint extension check-extension shots clean
 
 help:  ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -31,6 +31,9 @@ extension: $(VENV)/.demo  ## Build the extension's zips into dist (DEBIAN=1: for
 
 check-extension: $(PY)  ## Install the zip in a Blender of factory settings (BLENDER=path) and use it, without torch
 	$(if $(BLENDER),BLENDER="$(BLENDER)") $(PY) -m extension.check_install
+
+shots: $(VENV)/.bench  ## Take the manual's pictures in a Blender with a window (BLENDER=path)
+	$(PY) docs/shots/make.py $(BLENDER)
 
 clean:  ## Remove what the other targets made
 	rm -rf $(VENV) out build dist

@@ -17,6 +17,7 @@ from npm_blender.core.errors import NpmError  # noqa: E402 - found in ROOT
 from npm_blender.core.files import write_file  # noqa: E402
 from npm_blender.core.mesh import TriMesh  # noqa: E402
 from npm_blender.core.progressive import open_stream  # noqa: E402
+from npm_blender.core.quality import measure  # noqa: E402
 from npm_blender.core.received import receive  # noqa: E402
 
 FOLDER = ROOT / "out" / "shots"
@@ -55,7 +56,9 @@ def main() -> None:
         from npm_blender.core.codec import compress
 
         write_file(path, compress(mesh).data)
-    write_file(path.with_suffix(".arrays"), receive(path.read_bytes()).arrays)
+    received = receive(path.read_bytes())
+    write_file(path.with_suffix(".arrays"), received.arrays)
+    write_file(path.with_suffix(".measured"), measure(received.open(), mesh).to_text().encode())
     print(f"{path.relative_to(ROOT)}: {len(mesh.F):,} faces in {path.stat().st_size:,} bytes")
 
 
