@@ -15,6 +15,7 @@ from .stream import SMOOTHEST, STEP_UNIT, Settings, write
 SMOOTH = (0, 4, 8)  # of SMOOTHEST, tried in turn
 GROWTH = 22  # of GROWTH_UNIT
 TRADE = 0.04  # price of a bit in squared steps
+NEVER = 1e9  # a price at which nothing is sent
 COARSEST = 116  # of Settings.step: 2**-7.25 = 66e-4
 FINEST = 256
 
@@ -88,11 +89,11 @@ def point(base: Base, step: int, start: Point | None, passes: int, trade: float 
 
 
 def sweep(base: Base, first: int, most: int, passes: int) -> list[Point]:
-    """Points with halving steps, from Settings.step `first` until `most` bytes are exceeded."""
-    out: list[Point] = []
+    """The base alone, then points with halving steps, from Settings.step `first` until `most` bytes are exceeded."""
+    out = [point(base, first - STEP_UNIT, None, 1, NEVER)]
     for step in range(first, FINEST + 1, STEP_UNIT):
-        out.append(point(base, step, out[-1] if out else None, passes))
-        now = out[-1]
+        now = point(base, step, out[-1] if out[-1].value.any() else None, passes)
+        out.append(now)
         if len(now.data) > most:
             break
     return out
@@ -112,7 +113,7 @@ def between(base: Base, points: list[Point], budget: int, passes: int) -> Point 
     for _ in range(3):
         if step <= best.step:
             break
-        found = point(base, step, best, passes)
+        found = point(base, step, best if best.value.any() else None, passes)
         if len(found.data) <= budget:
             return found
         step -= max(1, int(np.ceil(STEP_UNIT * np.log2(len(found.data) / budget) * 1.3)))
