@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .errors import DependencyError
 from .lod import LodSequence
 from .mesh import TriMesh
 from .operators import MeshIndex, face_normals
@@ -50,8 +51,14 @@ class Descent:
         progress: Progress = no_progress,
         compute: ComputeSettings | None = None,
     ) -> None:
-        """params: folded decoder parameters; steps: gradient steps per stage."""
-        import torch
+        """params: folded decoder parameters; steps: gradient steps per stage. Raises DependencyError."""
+        try:
+            import torch
+        except (ImportError, OSError) as error:  # OSError: of the libraries that it needs
+            found = " ".join(str(error).split())[:200]
+            raise DependencyError(
+                f"Expected torch to load, found: {found}; repair or remove it, or use 0 refine steps"
+            ) from error
 
         from .network import map_tree
         from .torch_backend import TorchBackend, torch_device

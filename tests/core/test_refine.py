@@ -1,4 +1,5 @@
 """Refinement: each stage lowers the error of its prefix; only the sender needs torch."""
+import sys
 from functools import cache
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from npm_blender.core import torch_backend
 from npm_blender.core.codec import compress, open_stream
 from npm_blender.core.descent import Target
-from npm_blender.core.errors import SettingsError
+from npm_blender.core.errors import DependencyError, SettingsError
 from npm_blender.core.lod import build_lod
 from npm_blender.core.mesh import Frame, TriMesh
 from npm_blender.core.metrics import evaluate
@@ -121,3 +122,17 @@ def test_threads_and_a_gpu_that_is_missing():
 def test_compute_settings_are_checked(wrong):
     with pytest.raises(SettingsError, match="Expected"):
         ComputeSettings(**wrong)
+
+
+def test_a_torch_that_does_not_load_is_one_line(monkeypatch):
+    """As on Windows without the libraries that torch needs."""
+    class Broken:
+        def find_spec(self, name, path=None, target=None):
+            if name == "torch":
+                raise OSError("[WinError 126] c10.dll\nor one of its dependencies")
+
+    unit, lod, levels = in_unit_frame("closed")
+    monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
+    monkeypatch.delitem(sys.modules, "torch")
+    with pytest.raises(DependencyError, match=r"Expected torch to load, found: \[WinError 126\] c10.dll or one of its"):
+        Refiner(load().params, Target(unit, NoSurface(), lod, levels), 1)
