@@ -12,6 +12,7 @@ from npm_blender.core.errors import DependencyError, SettingsError
 from npm_blender.core.lod import build_lod
 from npm_blender.core.mesh import Frame, TriMesh
 from npm_blender.core.metrics import evaluate
+from npm_blender.core.offsetfit import OffsetFit
 from npm_blender.core.refine import Refiner, _values
 from npm_blender.core.settings import CompressSettings, ComputeSettings, LodSettings
 from npm_blender.core.subdivide import hierarchy
@@ -102,6 +103,10 @@ def test_everything_stays_on_the_chosen_device(monkeypatch):
     order = np.arange(sum(map(len, features)))
     ints = refiner.latents(lod.V0, features, order, np.array(STEPS, np.float32), 1.0)
     assert [i.shape for i in ints] == [f.shape for f in features] and fetched
+    edges = [np.ones(len(level.edges), np.float32) for level in levels[:-1]]
+    fit = OffsetFit(refiner, lod.V0, features, edges, np.array(STEPS, np.float32), 1e-5)
+    for offsets in (fit.whole(edges), fit.staged(edges, [0.5 * e for e in edges])):
+        assert [o.shape for o in offsets] == [e.shape for e in edges]
 
 
 def test_threads_and_a_gpu_that_is_missing():
