@@ -66,7 +66,7 @@ def check_the_longest_stall_of_100k_faces():
     running, running_busy = max(gaps), max(busy)
     gaps.clear()
     busy.clear()
-    yield from until(lambda: active().npmesh.is_preview, 5)
+    yield from until(lambda: active().npmesh.is_preview)
     say(f"  {faces:,} faces, longest stalls in ms, and of the window's own thread: starting {1000 * took:.0f}, "
         f"{1000 * spent:.0f}; while it ran {1000 * running:.0f}, {1000 * running_busy:.0f}; at its end "
         f"{1000 * max(gaps):.0f}, {1000 * max(busy):.0f}; drawing alone {1000 * redraw:.0f}, {1000 * drawing:.0f}")
@@ -101,7 +101,7 @@ def check_several_objects_are_one_job_and_one_undo_step():
         seen.add(job.doing)
         assert job.seconds_left() is not None
         yield 0.02
-    yield from until(lambda: len(bpy.context.view_layer.objects) == 6, 10)
+    yield from until(lambda: len(bpy.context.view_layer.objects) == 6)
     yield 0.5
     assert any(said.endswith("(2 of 3)") for said in seen), seen
     assert {o.npmesh.source.name for o in bpy.context.selected_objects} == set(names)
