@@ -53,7 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="B",
         type=int,
         default=whole.position_bits,
-        help="bits per base coordinate, 9 to 14 (default %(default)s)",
+        help="bits per base coordinate at most, 9 to 14 (default %(default)s)",
     )
     parser.add_argument(
         "--order",

@@ -26,15 +26,27 @@ VISIBLE = 5e-3  # share of the error that an attempt must save to be the last
 class Refiner(Descent):
     """Fits the base and the latents of one mesh; steps: gradient steps per stage."""
 
-    def base(self, V0: np.ndarray) -> np.ndarray:
-        """Base positions (n0, 3) float64 whose decode without features is nearest to the input, from V0."""
+    def base(self, V0: np.ndarray, bits: int | None = None) -> np.ndarray:
+        """Base positions (n0, 3) float64 whose decode without features is nearest to the input, from V0.
+
+        bits: of a coordinate; the positions are then multiples of 2**-bits, rounded so that the decode stays near.
+        """
         leaf = self.B.array(V0).requires_grad_(True)
         none = [self.B.array(np.zeros((mesh.m, 8))) for mesh in self.meshes[:-1]]
         low = V0[self.B.numpy(self.meshes[0].F).reshape(-1, 3)]
         edge = float(np.linalg.norm(low[:, 0] - low[:, 1], axis=1).mean())
-        self._descend([leaf], BASE_RATE * edge, lambda depth, done: self._decode(leaf, none, depth), coarse=True)
+
+        def decode(depth, done):
+            V = leaf if bits is None else leaf + (self.torch.round(leaf * 2**bits) / 2**bits - leaf).detach()
+            return self._decode(V, none, depth)
+
+        self._descend([leaf], BASE_RATE * edge, decode, coarse=True)
         self.stage += 1
-        return self.B.numpy(leaf).astype(np.float64)
+        fitted = self.B.numpy(leaf).astype(np.float64)
+        if bits is None:
+            return fitted
+        plain, fitted = (np.rint(V * 2.0**bits) / 2.0**bits for V in (V0, fitted))
+        return min(plain, fitted, key=lambda V: self._distances(self.B.array(V), none)[2])
 
     def level_by_level(self, V0: np.ndarray, features: list[np.ndarray], scale: float) -> list[np.ndarray]:
         """Latents (m_i, 8) fitted one level after the other, each with the coarser ones in place, from the encoder's.

@@ -27,6 +27,8 @@ from .subdivide import Level
 from .surface import Surface
 from .weights import Weights
 
+BASE_STEP = 1.5  # of the lattice of base positions at most, over the mean error of the mesh without features
+LEAST_BITS = 9  # of a coordinate of the base
 LATENT_STEP = 1.0  # quantization step on the finest trained level; refinement knows of the rounding
 LATENT_ERROR = 8e-4  # a mesh that is off by less without features gets finer steps, down to a tenth
 GROWTH = 1.4  # of the steps of offsets from level to level
@@ -45,7 +47,7 @@ class Plan:
 
 
 PLANS = (Plan(0.5, 5e-5, True), Plan(0.125, 1e-5, False))
-STAGES = 3 + sum(1 + plan.embedded for plan in PLANS)  # fits through the decoder: base, latents twice, offsets
+STAGES = 4 + sum(1 + plan.embedded for plan in PLANS)  # fits through the decoder: base, latents twice, offsets
 
 
 class Clock:
@@ -115,8 +117,12 @@ class Sender:
         """All steps: (stream, number of features). frame: of the cleaned input; source: for the counts in the header."""
         run = self.clock.run
         refiner = run("refine", self._refiner) if self.refine_steps else None
-        V0 = run("refine", lambda p: refiner.base(self.lod.V0)) if refiner else self.lod.V0
-        grid, V0 = quantize_positions(V0, self.settings.position_bits)
+        V0, bits = self.lod.V0, self.settings.position_bits
+        if refiner:
+            V0 = run("refine", lambda p: refiner.base(V0))
+            bits = self._position_bits(V0)
+            V0 = run("refine", lambda p: refiner.base(V0, bits))
+        grid, V0 = quantize_positions(V0, bits)
         steps, latents, order = self._latents(refiner, V0)
         values = [i * s for i, s in zip(latents, steps, strict=True)]
         error = float(self._face_errors(V0, values, None).sum())
@@ -127,11 +133,11 @@ class Sender:
 
         def write(report: Progress) -> tuple[bytes, int]:
             report(0.0, "Writing")
-            return self._write(frame, source, grid, steps, np.concatenate(latents), order, passes)
+            return self._write(frame, source, grid, bits, steps, np.concatenate(latents), order, passes)
 
         return run("write", write)
 
-    def _write(self, frame, source, grid, steps, latents, order, passes) -> tuple[bytes, int]:
+    def _write(self, frame, source, grid, bits, steps, latents, order, passes) -> tuple[bytes, int]:
         total = len(latents)
         numbers = np.concatenate([order, *((i + 1) * total + p.order for i, p in enumerate(passes))])
         values = [latents, *(ordering.offset_values(p.ints, self.feature_levels, FEATURES) for p in passes)]
@@ -140,7 +146,7 @@ class Sender:
             model_id=self.weights.model_id,
             weights_hash=self.weights.digest,
             levels=self.lod.levels,
-            position_bits=self.settings.position_bits,
+            position_bits=bits,
             feature_steps=tuple(map(float, np.concatenate([steps, *(p.steps for p in passes)]))),
             total_features=len(numbers),
             source_faces=len(source.F),
@@ -149,6 +155,12 @@ class Sender:
             size=frame.size,
         )
         return write_stream(header, grid, self.lod.F0, group, face, np.concatenate(values)[numbers]), len(numbers)
+
+    def _position_bits(self, V0: np.ndarray) -> int:
+        """Bits of a coordinate that resolve what the mesh is off by anyway, at most those of the settings."""
+        none = [np.zeros((mesh.m, FEATURES), np.float32) for mesh in self.meshes[:-1]]
+        error = max(float(self._face_errors(V0, none, None).sum()), 1e-9)
+        return int(np.clip(np.ceil(-np.log2(BASE_STEP * error)), LEAST_BITS, self.settings.position_bits))
 
     def _refiner(self, progress: Progress):
         from .descent import Target

@@ -58,7 +58,8 @@ class CompressionProperties:
                     "show finer detail")
     position_bits: IntProperty(
         name="Precision", default=_WHOLE.position_bits, min=9, max=14, options=_OPERATOR_FORGETS,
-        description="Bits for each coordinate of the base mesh. One bit more halves the rounding of its vertices")
+        description="Bits for each coordinate of the base mesh, at most: fewer are used where the mesh is farther off anyway. "
+                    "One bit more halves the rounding of its vertices")
     clean: EnumProperty(
         name="Cleaning", default=_LOD.clean, options=_OPERATOR_FORGETS,
         description="What to do with loose parts, overlapping faces, and edges that more than two faces share",
