@@ -41,8 +41,9 @@ class CompressSettings:
     """How a mesh is compressed: `lod`, plus
 
     position_bits: bits per base coordinate, 9 to 14, at most: a mesh that is farther off anyway is sent with fewer;
-    order: of the latents, 'gain' (measured reconstruction gain) or 'magnitude' (the paper's); refine_steps: gradient steps per stage that fit base and features to this mesh through the decoder
-    (needs torch; 0 uses the encoder's output as it is; None: the default where torch is installed, else 0).
+    order: of the latents, 'gain' (measured reconstruction gain) or 'magnitude' (the paper's); refine_steps: gradient
+    steps per stage that fit base and features to this mesh through the decoder (needs torch; 0 uses the encoder's output
+    as it is; None: the default where torch is installed, else 0).
     """
 
     lod: LodSettings = LodSettings()
