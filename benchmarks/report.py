@@ -16,6 +16,7 @@ from npm_blender.core import weights
 from npm_blender.core.files import write_file
 
 from . import compare, jobs, losses, methods, options, plots, speed, tables
+from .corpus import Entry
 from .methods import REFERENCE, REFERENCE_SCALARS
 from .methods.case import BUDGETS, FEATURES
 from .pictures import section
@@ -36,8 +37,8 @@ def load(o: argparse.Namespace) -> Results:
     return Results.of(lines, names, [e.name for e in options.meshes(o)])
 
 
-def page(results: Results, o: argparse.Namespace, runtime: dict | None, pictures: str) -> str:
-    """The Markdown page. pictures: the folder of the plots, as the page sees it."""
+def page(results: Results, o: argparse.Namespace, runtime: dict | None, pictures: str, entries: list[Entry]) -> str:
+    """The Markdown page. pictures: the folder of the plots, as the page sees it; entries: the meshes."""
     model = weights.load()
     counts = ", ".join(f"{name} {len(results.rows[m])}" for m, name in results.names.items())
     chosen = f"the {o.split} split of {o.corpus.name}" if o.corpus else "meshes that Blender makes"
@@ -61,6 +62,7 @@ def page(results: Results, o: argparse.Namespace, runtime: dict | None, pictures
     ]
     for key in MEASURES:
         out += [*tables.byte_ratios(results, key), ""]
+    out += [*tables.by_kind(results, entries), ""]
     out += [f"![Every measure over QSlim + Draco's, by bytes]({pictures}/bytes_ratio.png)", ""]
     out += [f"![Errors by bytes]({pictures}/bytes.png)", ""]
     out += ["Meshes that we win and lose, by d_pm:", "", *tables.wins(results), ""]
@@ -69,8 +71,8 @@ def page(results: Results, o: argparse.Namespace, runtime: dict | None, pictures
     out += [
         "## The paper's tables",
         "",
-        "With the paper's compression ratio: numbers of the input over numbers sent, 3 a vertex and 8 a feature; "
-        "connectivity, indices and entropy coding do not count. Arithmetic means, as in the paper, whose meshes are others.",
+        "With the paper's compression ratio: numbers of the input over numbers sent, 3 a vertex, 8 a latent, 3 a feature of "
+        "offsets; connectivity, indices and entropy coding do not count. Arithmetic means, as in the paper, whose meshes are others.",
         "",
         "1. All methods with as many numbers as our base mesh and 0, 40 and 400 features:",
         "",
@@ -166,7 +168,8 @@ def write(o: argparse.Namespace) -> Path:
     write_file(folder / "results.csv", results.csv().encode())
     write_json(folder / "results.json", figures(results, o, runtime))
     plots.write(results, folder)
-    write_file(target, page(results, o, runtime, os.path.relpath(folder, target.parent)).encode())
+    shown = os.path.relpath(folder, target.parent)
+    write_file(target, page(results, o, runtime, shown, options.meshes(o)).encode())
     return target
 
 

@@ -58,6 +58,10 @@ class Results:
         }
         return replace(self, rows=rows)
 
+    def of_meshes(self, names: set[str]) -> "Results":
+        """The same for some of the meshes."""
+        return replace(self, meshes=[mesh for mesh in self.meshes if mesh in names])
+
     def pairs(self, one: str, other: str, table: str, at, key: str = "d_pm") -> tuple[list[str], np.ndarray]:
         """Meshes that both methods have there, and their measures (n, 2)."""
         a, b = self.values(one, table, at, key), self.values(other, table, at, key)

@@ -2,11 +2,13 @@
 
 import numpy as np
 
+from .corpus import Entry
 from .methods import REFERENCE, REFERENCE_SCALARS
 from .methods.case import BASE_FACES, BUDGETS, CURVE, FEATURES
 from .results import MEASURES, Results
 
 OURS = "ours"
+LARGE = 20_000  # faces
 # d_pm x 1e-4 and d_normal as the paper prints them (its table 1, 100 meshes of Thingi10K, which are not ours)
 PAPER = {
     "qslim": (30.11, 13.21),
@@ -50,6 +52,22 @@ def byte_ratios(results: Results, key: str) -> list[str]:
     cells = [f"{geometric(list(v.values())):.3g} ({len(v)})" if v else NONE for v in base]
     rows.append([f"{results.names.get(REFERENCE, REFERENCE)} itself (meshes)", *cells])
     return markdown([f"{MEASURES[key]}, ratio", *map(kilo, BUDGETS)], rows)
+
+
+def by_kind(results: Results, entries: list[Entry]) -> list[str]:
+    """Ours over the reference by d_pm: by kind of mesh, where the corpus names kinds, and for meshes of many faces."""
+    groups: dict[str, set[str]] = {}
+    for entry in entries:
+        groups.setdefault(entry.kind, set()).add(entry.name)
+    groups.pop("", None)
+    groups[f"at least {LARGE:,} faces"] = {entry.name for entry in entries if entry.faces >= LARGE}
+    rows = []
+    for group, names in groups.items():
+        some = results.of_meshes(names)
+        found = [some.ratio(OURS, REFERENCE, "bytes", budget) for budget in BUDGETS]
+        if any(n for _, n in found):
+            rows.append([f"{group} ({len(some.meshes)})", *(f"{ratio:.3f}" if n else NONE for ratio, n in found)])
+    return markdown(["ours, d_pm ratio, by kind (meshes)", *map(kilo, BUDGETS)], rows)
 
 
 def wins(results: Results) -> list[str]:

@@ -1,10 +1,12 @@
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from benchmarks import losses, tables
+from benchmarks.corpus import Entry
 from benchmarks.methods.case import BUDGETS
 from benchmarks.results import COLUMNS, Results, write_json
 
@@ -60,6 +62,17 @@ def test_the_byte_table_has_every_method_and_says_of_how_few_meshes(made):
     assert "| ours | 1.000 | 2.828 | - |" in text and "| QSlim + Draco itself (meshes) | 4 (2) | 0.707 (2) |" in text
 
 
+def test_kinds_and_large_meshes_have_rows_of_their_own():
+    found = results(
+        ours=[line("a", "bytes", {BUDGETS[0]: 1.0}), line("b", "bytes", {BUDGETS[0]: 4.0})],
+        qslim_draco=[line("a", "bytes", {BUDGETS[0]: 2.0}), line("b", "bytes", {BUDGETS[0]: 2.0})],
+    )
+    entries = [Entry("a", Path("a"), tables.LARGE, "scan"), Entry("b", Path("b"), 100, "cad")]
+    text = "\n".join(tables.by_kind(found, entries))
+    assert "| scan (1) | 0.500 |" in text and "| cad (1) | 2.000 |" in text
+    assert f"| at least {tables.LARGE:,} faces (1) | 0.500 |" in text
+
+
 def test_rows_that_are_no_compression_stay_out_of_the_curve():
     slim = [line("a", "scalars", {0: 4.0}), line("b", "scalars", {0: 1e-9}, cr=0.9)]
     ours = [line("a", "scalars", {0: 2.0}), line("b", "scalars", {0: 5.0}, cr=0.9)]
@@ -83,6 +96,6 @@ def test_every_plot_and_the_page_are_made_from_few_rows(made, tmp_path):
 
     assert all((tmp_path / name).stat().st_size > 1000 for name in plots.write(made, tmp_path))
     o = SimpleNamespace(corpus=None, split="test", samples=10, quick=True, limit=None, report=None)
-    page = report.page(made, o, None, "results")
+    page = report.page(made, o, None, "results", [])
     assert page.startswith("# Results\n\n**Where we lose.**") and "Failed: 1. qslim_draco, c: MeshError: torn" in page
     assert report.figures(made, o, None)["bytes_ratio_to_qslim_draco"]["ours"][BUDGETS[1]]["ours_won_lost"] == (0, 0)
