@@ -72,7 +72,8 @@ def page(results: Results, o: argparse.Namespace, runtime: dict | None, pictures
         "## The paper's tables",
         "",
         "With the paper's compression ratio: numbers of the input over numbers sent, 3 a vertex, 8 a latent, 3 a feature of "
-        "offsets; connectivity, indices and entropy coding do not count. Arithmetic means, as in the paper, whose meshes are others.",
+        "offsets; connectivity, indices and entropy coding do not count. Arithmetic means, as in the paper, whose meshes are "
+        "others.",
         "",
         "1. All methods with as many numbers as our base mesh and 0, 40 and 400 features:",
         "",
