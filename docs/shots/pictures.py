@@ -12,7 +12,7 @@ import window  # noqa: E402 - beside this file
 
 FEATURES = 5000
 APART = 2.7  # Blender units between two sculpts
-BUDGETS = (1.0, 3.0, 30.0)  # kB
+BUDGETS = (1.0, 3.0, 12.5)  # kB; the last is all of it
 
 
 def sideways(distance: float) -> Vector:
