@@ -7,6 +7,8 @@ from .methods.case import BUDGETS, FEATURES
 from .results import Results
 from .tables import OURS, kilo
 
+LEAST_SHARE = 0.25  # of the meshes, that a method must have to be named
+
 
 def percent(part: int, total: int) -> str:
     """A share of meshes."""
@@ -27,8 +29,8 @@ def losses_in_bytes(results: Results) -> str:
         ahead = []
         for method, name in results.names.items():
             other, m = results.ratio(OURS, method, "bytes", budget)
-            if method not in (OURS, REFERENCE) and m >= n / 2 and other > 1:
-                ahead.append(f"{name} ({other:.2f})")
+            if method not in (OURS, REFERENCE) and m >= n * LEAST_SHARE and other > 1:
+                ahead.append(f"{name} ({other:.2f}{f', {m} meshes' if m < n else ''})")
         if ahead:
             better.append(f"{kilo(budget)}: {', '.join(ahead)}")
     text = (

@@ -249,6 +249,8 @@ class CompressJob(Job):
 
     def _heard(self, said: dict) -> None:
         k = self.position
+        if k == len(self._outcomes):  # all have their outcome; what the worker says while it ends is of no use
+            return
         if "fraction" in said:
             self.message = said["message"]
             done = sum(self._shares[:k]) + self._shares[k] * said["fraction"]

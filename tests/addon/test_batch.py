@@ -137,3 +137,18 @@ def test_what_has_no_surface_is_left_out_of_a_selection(kind):
     a.select_set(True)
     bpy.ops.object.npmesh_compress(**QUICK)
     assert [o.npmesh.source for o in bpy.context.selected_objects if o.npmesh.is_preview] == [a]
+
+
+def test_what_the_worker_says_after_the_last_outcome_is_ignored(part):
+    """All meshes may be refused before the worker has said its first word."""
+    errors, job = part("core.errors"), part("jobs").CompressJob([1], bpy.app.tempdir, part("preferences").worker_settings())
+    try:
+        job.refuse(errors.MeshError("Expected a mesh, found none"))
+        deadline = time.monotonic() + 120
+        while job._line == "" and not (job._folder / "out").stat().st_size:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        assert job.poll()
+    finally:
+        outcomes = job.result()
+    assert isinstance(outcomes[0], errors.MeshError) and not leftovers()

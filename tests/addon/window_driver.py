@@ -97,8 +97,14 @@ def until(condition: Callable[[], object], limit: float = 120) -> Check:
 
 def until_idle() -> Check:
     """Wait for the running jobs to end and for what follows."""
-    yield from until(lambda: not module("jobs").running())
+    yield from until(lambda: not module("jobs").running() and not modal_operators())
     yield 0.3
+
+
+def modal_operators() -> list[str]:
+    """Our operators that still run, in all windows: they hand out results in steps after their job has ended."""
+    windows = bpy.context.window_manager.windows
+    return [op.bl_idname for window in windows for op in window.modal_operators if "npmesh" in op.bl_idname.lower()]
 
 
 def shown() -> Check:
