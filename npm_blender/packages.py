@@ -39,7 +39,7 @@ PACKAGES = (
     Package("pytetwild", "Remeshes damaged meshes", "use automatic cleaning; on Windows and Linux, " + AGAIN),
 )
 TORCH = Package(
-    "torch", "Fits base and features to each mesh: about four tenths less error with the same number of features",
+    "torch", "Fits base and features to each mesh: about a third less error with the same number of features",
     f"run 'python{VERSION} -m pip install --target FOLDER torch', and choose that folder as PyTorch Folder")
 
 
