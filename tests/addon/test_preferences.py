@@ -134,5 +134,5 @@ def test_a_missing_package_is_named_with_its_remedy(part, chosen, monkeypatch):
     labels = drawn(part, chosen)
     assert "Not found" in labels and any("Disable and enable the extension" in text for text in labels)
     assert any("pip install --target FOLDER torch" in text and VERSION in text for text in labels)
-    assert any("four tenths less error" in text for text in labels)
+    assert any("a third less error" in text for text in labels)
     assert any(text.startswith("The cache holds") for text in labels)
