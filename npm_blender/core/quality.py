@@ -14,7 +14,7 @@ from .mesh import Frame, TriMesh
 from .progress import Progress, no_progress
 from .progressive import ProgressiveMesh
 
-# stops where features change most, and the ends of the stages in which they are ordered (features.STAGES)
+# stops where features change most, and the ends of the stages in which they are sent: latents, then offsets (features.LATENTS)
 STOPS = (0, 20, 40, 100, 200, 400, 800, 1500, 3000, 6000, 12000, 24000)
 SAMPLES = 8_000  # points each way; the mean distance of a stop is then good to about 1 %
 _FIELDS = ("d_pm", "d_p99", "d_normal", "d_reverse")
