@@ -37,7 +37,7 @@ def decode_step(B, step: dict, V, hidden, f, mesh: MeshIndex, offsets=None):
     s = feature_slots(B, f)
     x = B.concat([g, s] if hidden is None else [hidden, g, s], 1)
     y = face_convolution(B, x, mesh.opposite, step["conv1"])
-    y = face_convolution(B, y, mesh.opposite, step["conv2"]) + x @ step["skip"]
+    y = face_convolution(B, y, mesh.opposite, step["conv2"]) + B.product(x, step["skip"])
     offset = two_face_linear(B, B.concat([y, g, s], 1), mesh.opposite, step["displace"])
     middle, corner = B.split(offset, [3, 3])
     return B.concat([moved_vertices(B, V, corner, mesh), displaced_midpoints(B, V, middle, mesh, offsets)], 0), y

@@ -23,7 +23,7 @@ def geometry_features(B, V, mesh: MeshIndex):
     start, end = B.take(V, mesh.F), B.take(V, mesh.end)
     edge = (end - start).reshape(m, 3, 3)
     back = B.turn(edge, 2)
-    dot = -(edge * back).sum(2)
+    dot = -B.dot(edge, back)
     area = B.log(B.clamp(twice, 1e-10) / B.clamp(twice.mean(), 1e-10)) * 0.25
     # the floor keeps the gradient of degenerate corners finite
     angle = B.arctan2(twice + 0 * dot + 1e-9, dot) - 1.0471975512
@@ -31,11 +31,12 @@ def geometry_features(B, V, mesh: MeshIndex):
     at_vertex = B.scatter_sum(repeat3(B, weighted), mesh.F, mesh.n)
     at_vertex = at_vertex / norm(B, at_vertex, 1e-20)
     own = repeat3(B, normal)
-    lean = 1 - (B.take(at_vertex, mesh.F) * own).sum(1)[:, None]
-    centre = repeat3(B, start.reshape(m, 3, 3).sum(1) / 3)
+    lean = 1 - B.dot(B.take(at_vertex, mesh.F), own)[:, None]
+    corner = start.reshape(m, 3, 3)
+    centre = repeat3(B, (corner[:, 0] + corner[:, 1] + corner[:, 2]) / 3)
     away = B.permute(centre, mesh.opposite) - centre
-    offset = (away * own).sum(1)[:, None] / (norm(B, edge.reshape(3 * m, 3)) + norm(B, away))
-    fold = 1 - (B.permute(own, mesh.opposite) * own).sum(1)[:, None]
+    offset = B.dot(away, own)[:, None] / (norm(B, edge.reshape(3 * m, 3)) + norm(B, away))
+    fold = 1 - B.dot(B.permute(own, mesh.opposite), own)[:, None]
     return B.concat([repeat3(B, area), angle.reshape(3 * m, 1), lean, offset, fold, 1 - mesh.inner], 1)
 
 

@@ -70,8 +70,7 @@ def two_face_linear(B, x, opposite, layer):
     x (3 m, C) -> (3 m, C'); layer: own, other (3 C, C'), bias (C',). On the border the face meets itself.
     """
     m, width = len(x) // 3, layer["own"].shape[1]
-    y = x.reshape(m, -1) @ B.concat([circulant(B, layer["own"]), circulant(B, layer["other"])], 1)
-    own, other = B.split(y, [3 * width, 3 * width])
+    own, other = B.products(x.reshape(m, -1), circulant(B, layer["own"]), circulant(B, layer["other"]))
     return own.reshape(3 * m, width) + B.permute(other.reshape(3 * m, width), opposite) + layer["bias"]
 
 
@@ -97,8 +96,7 @@ def bilinear_upsample(B, x, opposite, layer):
     """
     m, width = len(x) // 3, layer["centre"].shape[1]
     # the map comes before the blend: both are linear, and the map is one product with whole faces
-    y = x.reshape(m, -1) @ B.concat([circulant(B, layer["centre"])] + [corner_map(B, layer)], 1)
-    centre, corner = B.split(y, [3 * width, 9 * width])
+    centre, corner = B.products(x.reshape(m, -1), circulant(B, layer["centre"]), corner_map(B, layer))
     centre, corner = centre.reshape(m, 1, 3, width), corner.reshape(3 * m, 3 * width)
     # the neighbour across edge k sees the shared corner at its next half-edge, the one across edge k - 1 at its own
     faces = corner.reshape(m, 3, -1)
@@ -122,7 +120,7 @@ def average_pool(B, x, layer):
     """
     m = len(x) // 12
     corners = B.concat([layer["own"], layer["next"], layer["prev"]], 0)
-    y = x.reshape(m, -1) @ B.concat([circulant(B, corners), circulant(B, layer["centre"])], 0)
+    y = B.product(x.reshape(m, -1), B.concat([circulant(B, corners), circulant(B, layer["centre"])], 0))
     return (y / 4).reshape(3 * m, -1)
 
 
@@ -137,7 +135,7 @@ def edge_frames(B, V, mesh: MeshIndex):
     x = ends / length
     face = mesh.left // 3, mesh.right // 3
     z = B.take(normal, face[0]) + B.take(normal, face[1])
-    z = z - x * (x * z).sum(1)[:, None]
+    z = z - x * B.dot(x, z)[:, None]
     z = z / norm(B, z)
     return x, B.cross(z, x), z, length
 
@@ -165,4 +163,4 @@ def face_normals(B, V, mesh: MeshIndex):
 
 def norm(B, x, floor=1e-12):
     """Euclidean norm of rows (m, c) -> (m, 1), bounded below so that gradients stay finite."""
-    return B.sqrt(B.clamp((x * x).sum(1)[:, None], floor))
+    return B.sqrt(B.clamp(B.dot(x, x)[:, None], floor))

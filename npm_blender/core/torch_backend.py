@@ -47,6 +47,15 @@ class TorchBackend:
     def take(self, x, index):
         return x.index_select(0, index)
 
+    def product(self, x, w):
+        return x @ w
+
+    def products(self, x, *ws):
+        return torch.split(x @ torch.cat(ws, dim=1), [w.shape[1] for w in ws], dim=1)
+
+    def dot(self, a, b):
+        return (a * b).sum(-1)
+
     def permute(self, x, involution):
         return _Permute.apply(x, involution)
 

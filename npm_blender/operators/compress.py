@@ -6,7 +6,7 @@ from .. import bridge, jobs, preview
 from ..core.errors import NpmError
 from ..properties import SETTING_NAMES, CompressionProperties, PresetArgument
 from .batch import BatchOperator
-from .job_operator import one_line, opened_ahead
+from .job_operator import one_line
 from .target import chosen_settings, poll_selected, sources_of
 
 MAX_SCALE = 1.5  # ratio of an object's scales beyond which the report speaks of it
@@ -65,7 +65,7 @@ All get the settings of the active one; the objects themselves stay as they are"
 
     def prepare(self, context, result):
         if self.make_preview and context.mode == "OBJECT":
-            yield from opened_ahead(result.stream)
+            yield from preview.opened_ahead(result.stream)
 
     def store_and_show(self, context, obj, result, made_from):
         store(obj, result, made_from)

@@ -10,7 +10,7 @@ from ..core.errors import NpmError
 from ..dependencies import receive
 from ..preferences import worker_settings
 from .export_stream import SUFFIX
-from .job_operator import JobOperator, one_line, opened_ahead
+from .job_operator import JobOperator, one_line
 
 
 class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
@@ -63,7 +63,7 @@ class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
             try:
                 if isinstance(received, NpmError):
                     raise received
-                yield from opened_ahead(received)
+                yield from preview.opened_ahead(received)
                 obj = preview.make(context, received, path.stem, None)
                 if self.link:
                     preview.link(obj, path)

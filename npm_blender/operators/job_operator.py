@@ -1,6 +1,5 @@
 """What Compress, Export and Import share: run one job, in the window without stopping it, elsewhere to the end."""
 from collections.abc import Generator
-from typing import TYPE_CHECKING
 
 import bpy
 
@@ -8,9 +7,6 @@ from .. import estimate, jobs, preview
 from ..core.errors import NpmError
 
 TIMER_SECONDS = 0.1
-if TYPE_CHECKING:
-    from ..core.received import Received
-
 Steps = Generator[None, None, set | None]
 
 
@@ -153,17 +149,6 @@ class JobOperator:
                 for region in area.regions:
                     if area.type == "VIEW_3D" and region.type == "UI":
                         region.tag_redraw()
-
-
-def opened_ahead(received: "Received") -> Steps:
-    """Open a stream and decode all of it, a step each, so that the preview that is made then is there at once.
-
-    Raises StreamError, WeightsError or DependencyError.
-    """
-    decoder = preview.opened(received)
-    yield
-    decoder.decode_positions()
-    yield
 
 
 def one_line(error: Exception) -> str:

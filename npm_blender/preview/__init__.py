@@ -5,7 +5,7 @@ are kept by the digest of their stream, never by object, and what a mesh holds i
 or loading, comparing stamp and properties says what is still to do.
 
     kept         the stream on an object: packed in the .blend, or linked from a file; linked reads that
-    decoders     opened streams
+    decoders     opened streams; threads is where they are opened while the window draws
     levels       the meshes of the levels, brought to what the properties say
     updates      when: at once, from a timer, after undo, before saving
     lifecycle    make, replace, apply, discard
@@ -16,7 +16,7 @@ or loading, comparing stamp and properties says what is still to do.
     playback     what has arrived over a line
     deviation    the distance to the original as colours; nearest measures it, viewport shows it
 """
-from .decoders import decoder_of, opened, received_of, warm_up
+from .decoders import decoder_of, opened_ahead, received_of, warm_up
 from .kept import STREAM, has_stream, is_linked, pack, packed, unpack
 from .levels import STAMP, foreign, show
 from .lifecycle import apply, discard, find, make, set_stream
@@ -25,6 +25,6 @@ from .updates import after_load, before_save, forget_all, is_busy, refresh_all
 from .viewport import restore_viewports
 
 __all__ = ["STAMP", "STREAM", "after_load", "after_save", "apply", "before_save", "decoder_of", "discard", "find",
-           "foreign", "forget_all", "has_stream", "is_busy", "is_linked", "link", "make", "opened", "pack", "packed",
+           "foreign", "forget_all", "has_stream", "is_busy", "is_linked", "link", "make", "opened_ahead", "pack", "packed",
            "path_of", "read_anew", "received_of", "refresh_all", "restore_viewports", "set_stream", "show", "unpack",
            "warm_up"]

@@ -1,5 +1,6 @@
 """Opened streams, kept by digest while Blender runs; the last few, as each takes some megabytes."""
 from collections import OrderedDict
+from collections.abc import Generator
 from typing import TYPE_CHECKING
 
 import bpy
@@ -7,6 +8,7 @@ import bpy
 from ..core.errors import NpmError, StreamError
 from ..dependencies import named_dependencies, open_received
 from . import kept
+from .threads import in_thread
 
 if TYPE_CHECKING:
     from ..core.progressive import ProgressiveMesh
@@ -43,6 +45,23 @@ def opened(received: "Received") -> "ProgressiveMesh":
         keep(digest, open_received(received))
     _decoders.move_to_end(digest)
     return _decoders[digest]
+
+
+def opened_ahead(received: "Received") -> Generator[None, None, None]:
+    """Open a stream and decode all of it in a thread, so that the preview that is made then is there at once.
+
+    Raises StreamError, WeightsError or DependencyError.
+    """
+    digest = kept.digest_of(received.data)
+    if digest in _decoders:  # others use it already
+        return
+
+    def work() -> "ProgressiveMesh":
+        decoder = open_received(received)
+        decoder.decode_positions()
+        return decoder
+
+    keep(digest, (yield from in_thread(work)))
 
 
 def warm_up() -> None:

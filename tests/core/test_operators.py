@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import torch
 
-from npm_blender.core import operators
+from npm_blender.core import backend, operators
 from npm_blender.core.backend import NUMPY
 from npm_blender.core.geometry import CHANNELS, geometry_features
 from npm_blender.core.operators import MeshIndex
@@ -112,3 +112,12 @@ def test_edge_frames_are_orthonormal(name):
     frame = np.stack([x, y, z], 1)
     assert np.allclose(frame @ frame.transpose(0, 2, 1), np.eye(3), atol=1e-5)
     assert (np.linalg.det(frame) > 0.99).all() and (length > 0).all()
+
+
+@pytest.mark.parametrize("shape", [(400, 30, 96), (1, 8, 6), (1600, 96, 48)])
+def test_the_product_of_a_numpy_without_blas_is_the_same(shape):
+    rng = np.random.default_rng(3)
+    x, w = (rng.standard_normal(size).astype(np.float32) for size in (shape[:2], shape[1:]))
+    found = backend._einsum_product(x, w)
+    assert found.dtype == np.float32 and found.flags.c_contiguous
+    assert np.allclose(found, x.astype(np.float64) @ w, atol=1e-4)
