@@ -4,6 +4,7 @@ import math
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+from .core import budget
 from .core.errors import FileError
 from .core.settings import AUTO, CompressSettings
 
@@ -30,8 +31,10 @@ class Rates:
 
 def finest_faces(settings: CompressSettings) -> int:
     """Faces of the finest level; those of an automatic base are guessed."""
-    base = AUTO_FACES if settings.lod.base_faces == AUTO else settings.lod.base_faces
-    return base * 4**settings.lod.levels
+    base = settings.lod.base_faces
+    if base == AUTO:
+        base = budget.base_faces(settings.budget) if settings.budget else AUTO_FACES
+    return base * 4 ** (settings.lod.levels or budget.levels(base))
 
 
 def learned(rates: Rates, report: dict, settings: CompressSettings, start: float | None) -> Rates:

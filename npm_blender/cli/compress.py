@@ -5,6 +5,7 @@ import dataclasses
 import time
 from pathlib import Path
 
+from ..core.errors import SettingsError
 from ..core.settings import AUTO, CLEAN_MODES, CompressSettings, LodSettings
 from ..worker_settings import compute_settings
 from .console import ProgressLine, print_json
@@ -13,8 +14,8 @@ from .files import STREAM_SUFFIX, check_input, check_output, write_atomic
 HELP = "mesh file -> .npmesh"
 
 
-def base_faces(text: str) -> int:
-    """The value of --base-faces. Raises ArgumentTypeError for what is neither a whole number nor auto."""
+def number_or_auto(text: str) -> int:
+    """The value of --base-faces or --levels. Raises ArgumentTypeError for what is neither a whole number nor auto."""
     if text == "auto":
         return AUTO
     try:
@@ -31,16 +32,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--base-faces",
         metavar="N",
-        type=base_faces,
-        default=lod.base_faces,
-        help="faces of the base mesh, or auto: as many as the shape needs (default %(default)s)",
+        type=number_or_auto,
+        help=f"faces of the base mesh, or auto: as many as the shape needs (default {lod.base_faces}; auto with --bytes)",
     )
     parser.add_argument(
         "--levels",
         metavar="L",
+        type=number_or_auto,
+        help="subdivisions of the base, 1 to 6, or auto: fewer for a large base; each has four times the faces "
+        f"(default {lod.levels}; auto with --bytes)",
+    )
+    parser.add_argument(
+        "--bytes",
+        metavar="B",
         type=int,
-        default=lod.levels,
-        help="subdivisions of the base, 1 to 6; each has four times the faces (default %(default)s)",
+        help="most bytes of the file; base faces and levels are those that show most for them, if they are not given",
     )
     parser.add_argument(
         "--clean",
@@ -73,11 +79,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Compress, write the file, and print what was done."""
+    if args.bytes is not None and not args.bytes:
+        raise SettingsError("Expected --bytes to be above 0, found 0; leave it out for a file with all features")
+    usual = LodSettings() if args.bytes is None else LodSettings(base_faces=AUTO, levels=AUTO)
+    lod = LodSettings(
+        base_faces=usual.base_faces if args.base_faces is None else args.base_faces,
+        levels=usual.levels if args.levels is None else args.levels,
+        clean=args.clean,
+    )
     settings = CompressSettings(
-        lod=LodSettings(base_faces=args.base_faces, levels=args.levels, clean=args.clean),
+        lod=lod,
         position_bits=args.position_bits,
         order=args.order,
         refine_steps=args.refine_steps,
+        budget=args.bytes or 0,
     )
     check_input(args.input)
     check_output(args.output, args.input, (STREAM_SUFFIX,))

@@ -1,9 +1,10 @@
 """Compress a mesh to an `.npmesh` stream and open one again: the summary of the whole core."""
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 
-from . import collapses
+from . import budget, collapses
 from . import weights as weight_file
 from .clean import clean
 from .connectivity import canonical_order
@@ -16,9 +17,9 @@ from .lod import levels as lod_levels
 from .mesh import Frame, TriMesh
 from .progress import Progress, no_progress, noted
 from .progressive import ProgressiveMesh, open_stream
-from .sender import Clock, Sender
-from .settings import CompressSettings, ComputeSettings
-from .subdivide import hierarchy
+from .sender import BaseTooLarge, Clock, Sender
+from .settings import AUTO, CompressSettings, ComputeSettings, LodSettings
+from .subdivide import Level, hierarchy
 
 REFINE_STEPS = 24
 
@@ -54,8 +55,8 @@ def compress(
 ) -> Compressed:
     """Compress a mesh in object space to an `.npmesh` stream. compute: what refinement may use of the machine.
 
-    Raises MeshError (what does not qualify), WeightsError, DependencyError (refinement asked for without torch),
-    Cancelled (from `progress`).
+    Raises MeshError (what does not qualify), SettingsError (a budget that does not pay for the base mesh), WeightsError,
+    DependencyError (refinement asked for without torch), Cancelled (from `progress`).
     """
     if is_cold(collapses.run):
         progress = noted(progress, "first run: compiling takes up to a minute")
@@ -77,16 +78,14 @@ def compress(
     cleaned, cleaning = clock.run("clean", clean, mesh, settings.lod.clean)
     frame = Frame.of(cleaned.V)
     unit = in_morton_order(TriMesh(frame.to_unit(cleaned.V), cleaned.F))
-    decimation = clock.run("decimate", decimate, unit, settings.lod.base_faces, settings.lod.variant)
 
-    def build(report: Progress) -> LodSequence:
-        order = canonical_order(decimation.F0, len(decimation.V0))
-        return lod_levels(decimation, settings.lod.levels, order, progress=report)
+    def sent(base_faces: int) -> tuple[Sender, tuple[bytes, int]]:
+        lod, levels = _sequence(unit, replace(settings.lod, base_faces=base_faces), clock)
+        sender = Sender(model, unit, lod, levels, settings, refine_steps, compute or ComputeSettings(), clock)
+        return sender, sender.send(frame, mesh)
 
-    lod = clock.run("levels", build)
-    levels = hierarchy(lod.F0, len(lod.V0), lod.levels)
-    sender = Sender(model, unit, lod, levels, settings, refine_steps, compute or ComputeSettings(), clock)
-    data, features = sender.send(frame, mesh)
+    sender, (data, features) = _within_budget(sent, settings)
+    lod = sender.lod
     messages = tuple(message for message in (lod.message, sender.message) if message)
     return Compressed(
         data,
@@ -94,6 +93,36 @@ def compress(
             len(mesh.F), len(lod.F0), lod.levels, len(data), features, cleaning.summary, messages, clock.seconds
         ),
     )
+
+
+def _sequence(unit: TriMesh, settings: LodSettings, clock: Clock) -> tuple[LodSequence, list[Level]]:
+    """The LoD sequence of a mesh in the unit frame, its base numbered as the receiver numbers it, and its levels."""
+    decimation = clock.run("decimate", decimate, unit, settings.base_faces, settings.variant)
+    count = settings.levels or budget.levels(len(decimation.F0))
+
+    def build(report: Progress) -> LodSequence:
+        order = canonical_order(decimation.F0, len(decimation.V0))
+        return lod_levels(decimation, count, order, progress=report)
+
+    lod = clock.run("levels", build)
+    return lod, hierarchy(lod.F0, len(lod.V0), lod.levels)
+
+
+def _within_budget(send: Callable, settings: CompressSettings):
+    """send(base faces); where the budget chooses them and the base turns out too large, again with fewer.
+
+    Raises BaseTooLarge where they were asked for, or no fewer can be had.
+    """
+    if not settings.budget or settings.lod.base_faces != AUTO:
+        return send(settings.lod.base_faces)
+    faces, before = budget.base_faces(settings.budget), None
+    while True:
+        try:
+            return send(faces)
+        except BaseTooLarge as error:
+            if error.faces == before or faces <= budget.FEWEST // 2:
+                raise
+            faces, before = budget.fewer_faces(min(faces, error.faces), error.size, settings.budget), error.faces
 
 
 def _refine_steps(settings: CompressSettings) -> int:

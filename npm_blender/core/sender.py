@@ -6,15 +6,17 @@ fitted through the decoder; without it the latents are the encoder's and the off
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from . import features as ordering
 from .backend import NUMPY
 from .basecoder import quantize_positions
+from .contents import Contents, Offsets
 from .decoder import FEATURES, decode
 from .encoder import encode
+from .errors import SettingsError
 from .features import LATENTS
 from .lod import LodSequence
 from .mesh import Frame, TriMesh
@@ -22,7 +24,6 @@ from .offsettrace import traced_offsets
 from .operators import MeshIndex
 from .progress import Progress, part, rising
 from .settings import CompressSettings, ComputeSettings
-from .stream import Header, write_stream
 from .subdivide import Level
 from .surface import Surface
 from .weights import Weights
@@ -50,6 +51,17 @@ PLANS = (Plan(0.5, 5e-5, True), Plan(0.125, 1e-5, False))
 STAGES = 4 + sum(1 + plan.embedded for plan in PLANS)  # fits through the decoder: base, latents twice, offsets
 
 
+class BaseTooLarge(SettingsError):
+    """The base mesh alone takes more bytes than the budget. size: those bytes; faces: of the base."""
+
+    def __init__(self, size: int, faces: int, budget: int) -> None:
+        super().__init__(
+            f"Expected a base mesh of at most {budget:,} bytes, found {size:,} for {faces:,} faces; "
+            "allow more bytes, or ask for fewer base faces"
+        )
+        self.size, self.faces = size, faces
+
+
 class Clock:
     """Seconds by stage; the stages' shares of the progress bar."""
 
@@ -68,15 +80,6 @@ class Clock:
             return step(*arguments, self._parts[name])
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begun
-
-
-@dataclass(frozen=True)
-class Offsets:
-    """One pass: integers (e_i,) and steps (L,) per level, and the numbers of the faces that carry them, in order."""
-
-    ints: list[np.ndarray]
-    steps: np.ndarray
-    order: np.ndarray
 
 
 def step_scale(error: float) -> float:
@@ -114,52 +117,47 @@ class Sender:
         self.area = areas / areas.sum()
 
     def send(self, frame: Frame, source: TriMesh) -> tuple[bytes, int]:
-        """All steps: (stream, number of features). frame: of the cleaned input; source: for the counts in the header."""
-        run = self.clock.run
+        """All steps: (stream, number of features). frame: of the cleaned input; source: for the counts in the header.
+
+        Raises BaseTooLarge where the budget of the settings does not pay for the base mesh.
+        """
+        run, budget = self.clock.run, self.settings.budget
         refiner = run("refine", self._refiner) if self.refine_steps else None
-        V0, bits = self.lod.V0, self.settings.position_bits
+        V0 = self.lod.V0
         if refiner:
             V0 = run("refine", lambda p: refiner.base(V0))
-            bits = self._position_bits(V0)
+        bits = self._position_bits(V0)
+        if refiner:
             V0 = run("refine", lambda p: refiner.base(V0, bits))
         grid, V0 = quantize_positions(V0, bits)
-        steps, latents, order = self._latents(refiner, V0)
-        values = [i * s for i, s in zip(latents, steps, strict=True)]
+        none = self._no_latents(np.int32), np.zeros(0, np.int64)
+        about = self.weights, self.feature_levels, frame, (len(source.F), len(source.V)), grid, bits, self.lod.F0
+        contents = Contents(*about, latent_steps(self.lod.levels), *none)
+        if budget and len(contents.stream()) > budget:
+            raise BaseTooLarge(len(contents.stream()), len(self.lod.F0), budget)
+        contents = Contents(*about, *self._latents(refiner, V0))
+        values = [i * s for i, s in zip(contents.latents, contents.steps, strict=True)]
         error = float(self._face_errors(V0, values, None).sum())
-        passes, sent = [], [np.zeros(len(mesh.edge_a)) for mesh in self.meshes[:-1]]
+        sent = [np.zeros(len(mesh.edge_a)) for mesh in self.meshes[:-1]]
         for plan in PLANS:
-            passes.append(self._offsets(refiner, V0, values, sent, error, plan))
-            sent = [a + b * s for a, b, s in zip(sent, passes[-1].ints, passes[-1].steps, strict=True)]
+            found = self._offsets(refiner, V0, values, sent, error, plan)
+            contents = replace(contents, passes=(*contents.passes, found))
+            sent = [a + b * s for a, b, s in zip(sent, found.ints, found.steps, strict=True)]
+            if budget and len(contents.stream()) >= budget:
+                break
 
         def write(report: Progress) -> tuple[bytes, int]:
             report(0.0, "Writing")
-            return self._write(frame, source, grid, bits, steps, np.concatenate(latents), order, passes)
+            return contents.within(budget)
 
         return run("write", write)
 
-    def _write(self, frame, source, grid, bits, steps, latents, order, passes) -> tuple[bytes, int]:
-        total = len(latents)
-        numbers = np.concatenate([order, *((i + 1) * total + p.order for i, p in enumerate(passes))])
-        values = [latents, *(ordering.offset_values(p.ints, self.feature_levels, FEATURES) for p in passes)]
-        group, face = ordering.split(numbers, self.feature_levels * (1 + len(passes)))
-        header = Header(
-            model_id=self.weights.model_id,
-            weights_hash=self.weights.digest,
-            levels=self.lod.levels,
-            position_bits=bits,
-            feature_steps=tuple(map(float, np.concatenate([steps, *(p.steps for p in passes)]))),
-            total_features=len(numbers),
-            source_faces=len(source.F),
-            source_vertices=len(source.V),
-            centre=tuple(map(float, frame.centre)),
-            size=frame.size,
-        )
-        return write_stream(header, grid, self.lod.F0, group, face, np.concatenate(values)[numbers]), len(numbers)
+    def _no_latents(self, kind) -> list[np.ndarray]:
+        return [np.zeros((len(level.F), FEATURES), kind) for level in self.feature_levels]
 
     def _position_bits(self, V0: np.ndarray) -> int:
         """Bits of a coordinate that resolve what the mesh is off by anyway, at most those of the settings."""
-        none = [np.zeros((mesh.m, FEATURES), np.float32) for mesh in self.meshes[:-1]]
-        error = max(float(self._face_errors(V0, none, None).sum()), 1e-9)
+        error = max(float(self._face_errors(V0, self._no_latents(np.float32), None).sum()), 1e-9)
         return int(np.clip(np.ceil(-np.log2(BASE_STEP * error)), LEAST_BITS, self.settings.position_bits))
 
     def _refiner(self, progress: Progress):

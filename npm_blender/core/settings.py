@@ -3,7 +3,8 @@ from dataclasses import dataclass
 
 from .errors import SettingsError
 
-AUTO = 0  # as base faces: chosen from the shape
+AUTO = 0  # as base faces: chosen from the shape or the budget; as levels: from the base faces
+LEAST_BUDGET = 300  # bytes; a base mesh of some dozen faces fits
 CLEAN_MODES = ("auto", "off", "tetwild")
 DEVICES = ("cpu", "gpu")
 
@@ -17,7 +18,7 @@ def _in_range(name: str, value: int, low: int, high: int) -> None:
 class LodSettings:
     """How the LoD sequence is built.
 
-    base_faces: faces of the base mesh M^0 (paper: 400), or AUTO; levels: midpoint subdivisions L (paper: 3);
+    base_faces: faces of the base mesh M^0 (paper: 400), or AUTO; levels: midpoint subdivisions L (paper: 3), or AUTO;
     clean: 'auto' repairs what the checks find, 'off' refuses what does not qualify, 'tetwild' always re-meshes;
     variant: 0 collapses the cheapest edge; k > 0 seeds a random choice among the cheapest (training augmentation).
     """
@@ -30,7 +31,8 @@ class LodSettings:
     def __post_init__(self) -> None:
         if self.base_faces != AUTO or isinstance(self.base_faces, bool):
             _in_range("base faces", self.base_faces, 4, 100_000)
-        _in_range("levels", self.levels, 1, 6)
+        if self.levels != AUTO or isinstance(self.levels, bool):
+            _in_range("levels", self.levels, 1, 6)
         _in_range("variant", self.variant, 0, 2**31 - 1)
         if self.clean not in CLEAN_MODES:
             raise SettingsError(f"Expected clean to be one of {', '.join(CLEAN_MODES)}, found {self.clean!r}")
@@ -43,16 +45,20 @@ class CompressSettings:
     position_bits: bits per base coordinate, 9 to 14, at most: a mesh that is farther off anyway is sent with fewer;
     order: of the latents, 'gain' (measured reconstruction gain) or 'magnitude' (the paper's); refine_steps: gradient
     steps per stage that fit base and features to this mesh through the decoder (needs torch; 0 uses the encoder's output
-    as it is; None: the default where torch is installed, else 0).
+    as it is; None: the default where torch is installed, else 0); budget: bytes that the stream may have, 0 for as many as
+    all features take; with it, AUTO base faces are those that show most in so many bytes (see `budget`).
     """
 
     lod: LodSettings = LodSettings()
-    position_bits: int = 12
+    position_bits: int = 14
     order: str = "gain"
     refine_steps: int | None = None
+    budget: int = 0
 
     def __post_init__(self) -> None:
         _in_range("position bits", self.position_bits, 9, 14)
+        if self.budget != 0 or isinstance(self.budget, bool):
+            _in_range("budget in bytes", self.budget, LEAST_BUDGET, 10**9)
         if self.refine_steps is not None:
             _in_range("refine steps", self.refine_steps, 0, 10_000)
         if self.order not in ("gain", "magnitude"):

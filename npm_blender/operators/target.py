@@ -120,12 +120,14 @@ def source_of(obj: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> bpy.typ
 def chosen_settings(operator, obj: bpy.types.Object) -> CompressSettings:
     """The settings of `obj`, after taking over what the operator was told. Raises SettingsError.
 
-    A preset sets all numbers, then those that the operator was told. Base faces that it was told count, whatever the
-    object had.
+    A preset sets all numbers, then those that the operator was told. Base faces and levels that it was told count,
+    whatever the object had.
     """
     set_preset(obj.npmesh, operator.preset)
     if operator.properties.is_property_set("base_faces"):
         obj.npmesh.auto_base = False
+    if any(map(operator.properties.is_property_set, ("auto_base", "base_faces", "levels"))):
+        obj.npmesh.size_limit = 0
     for name in SETTING_NAMES:
         if operator.properties.is_property_set(name):
             setattr(obj.npmesh, name, getattr(operator, name))

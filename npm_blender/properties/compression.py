@@ -3,7 +3,7 @@
 A preset is nothing but its numbers: it is what the numbers say, and setting it sets them.
 """
 import bpy
-from bpy.props import BoolProperty, EnumProperty, IntProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
 from ..core.settings import AUTO, CompressSettings, LodSettings
 
@@ -18,9 +18,10 @@ PRESETS = {
     "DRAFT": ("Draft", "To see in seconds what comes out: nothing is refined", {**_COMMON, "refine_steps": 0}),
     "STANDARD": ("Standard", "Small files with good detail", _COMMON),
     "BEST": ("Best", "A finer base, and more effort to fit the file to the mesh; takes minutes",
-             {**_COMMON, "base_faces": 1000, "position_bits": 13, "refine_steps": 48}),
+             {**_COMMON, "base_faces": 1000, "refine_steps": 48}),
 }
 CUSTOM = "CUSTOM"
+_LIMITED = ("auto_base", "base_faces", "levels")  # chosen where the size is limited
 _PRESET_ITEMS = (*((name, label, text) for name, (label, text, _) in PRESETS.items()),
                  (CUSTOM, "Custom", "Numbers of your own: change any of them"))
 _PRESET_NAMES = [item[0] for item in _PRESET_ITEMS]
@@ -43,6 +44,10 @@ def set_preset(source: "CompressionProperties", name: str) -> None:
 class CompressionProperties:
     """The settings, once for objects and operators; the numbers and their ranges are those of the core."""
 
+    size_limit: FloatProperty(
+        name="Size Limit (kB)", default=0, min=0, soft_max=100, max=1e6, precision=2, step=10, options=_OPERATOR_FORGETS,
+        description="Fit the file into so many kilobytes, of 1000 bytes each, with the base and the levels that show most "
+                    "for them. 0 sets no limit: the base is as below, and all features are kept")
     auto_base: BoolProperty(
         name="Automatic Base", default=False, options=_OPERATOR_FORGETS,
         description="Choose the faces of the base from the shape: few for a smooth shape, up to 2,000 for one full of detail, "
@@ -95,9 +100,11 @@ class PresetArgument:
 
 def settings_of(source: CompressionProperties) -> CompressSettings:
     """The core's settings from the properties of an object or operator. Raises SettingsError."""
-    base_faces = AUTO if source.auto_base else source.base_faces
-    lod = LodSettings(base_faces=base_faces, levels=source.levels, clean=source.clean)
-    return CompressSettings(lod=lod, position_bits=source.position_bits, refine_steps=source.refine_steps)
+    limited = source.size_limit > 0
+    base_faces = AUTO if limited or source.auto_base else source.base_faces
+    lod = LodSettings(base_faces=base_faces, levels=AUTO if limited else source.levels, clean=source.clean)
+    return CompressSettings(lod=lod, position_bits=source.position_bits, refine_steps=source.refine_steps,
+                            budget=round(1000 * source.size_limit))
 
 
 def draw_settings(layout: bpy.types.UILayout, source: CompressionProperties) -> None:
@@ -106,5 +113,5 @@ def draw_settings(layout: bpy.types.UILayout, source: CompressionProperties) -> 
         layout.prop(source, "preset")
     for name in SETTING_NAMES:
         row = layout.row()
-        row.enabled = name != "base_faces" or not source.auto_base
+        row.enabled = not (name in _LIMITED and source.size_limit > 0 or name == "base_faces" and source.auto_base)
         row.prop(source, name)

@@ -24,7 +24,8 @@ def test_a_preset_sets_the_numbers_and_a_number_makes_it_custom(part):
 
 def test_the_presets_name_every_number(part):
     compression = part("properties.compression")
-    assert all(set(numbers) == set(compression.SETTING_NAMES) for _, _, numbers in compression.PRESETS.values())
+    names = set(compression.SETTING_NAMES) - {"size_limit"}  # any effort may go into any size
+    assert all(set(numbers) == names for _, _, numbers in compression.PRESETS.values())
     assert compression.REFINE_STEPS == part("core.codec").REFINE_STEPS
 
 
@@ -33,6 +34,29 @@ def test_an_operator_takes_a_preset_and_numbers_on_top_of_it():
     bpy.ops.object.npmesh_compress(levels=1, base_faces=80, preset="DRAFT")
     assert (obj.npmesh.levels, obj.npmesh.base_faces, obj.npmesh.refine_steps) == (1, 80, 0)
     assert obj.npmesh.preset == "CUSTOM"
+
+
+def test_a_size_limit_chooses_base_and_levels_and_is_kept(part):
+    compression = part("properties.compression")
+    obj = add_object(subdivisions=5)
+    bpy.ops.object.npmesh_compress(size_limit=1.2, preset="DRAFT", make_preview=False)
+    assert obj.npmesh.preset == "DRAFT" and obj.npmesh.size_limit == pytest.approx(1.2)
+    settings = compression.settings_of(obj.npmesh)
+    assert (settings.budget, settings.lod.base_faces, settings.lod.levels) == (1200, 0, 0)
+    stream = part("preview").packed(obj)
+    assert 1000 < len(stream.data) <= 1200
+    bpy.ops.object.npmesh_compress(base_faces=80, levels=1, make_preview=False)
+    assert obj.npmesh.size_limit == 0 and part("preview").packed(obj).open().base_faces == 80
+
+
+def test_a_size_limit_that_no_base_fits_into_is_one_line():
+    obj = add_object(subdivisions=4)
+    for limit, message in ((0.2, "Expected budget in bytes"), (0.3, "")):
+        try:
+            bpy.ops.object.npmesh_compress(size_limit=limit, preset="DRAFT", make_preview=False)
+        except RuntimeError as error:
+            assert message and message in str(error)
+        assert obj.npmesh.fingerprint == "" or not message
 
 
 def test_more_costs_more(part):

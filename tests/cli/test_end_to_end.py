@@ -57,6 +57,23 @@ def test_settings_reach_the_codec(run, made, sphere_file, tmp_path):
     assert "refine" in report["seconds"]
 
 
+def test_a_size_in_bytes_is_kept_and_chooses_what_is_not_told(run, sphere_file, tmp_path):
+    target = tmp_path / "small.npmesh"
+    report = json.loads(run("compress", sphere_file, target, "--bytes", 700, "--refine-steps", 0, "--json").out)
+    assert 600 < report["bytes"] == target.stat().st_size <= 700
+    assert 100 < report["base_faces"] < 400 and report["levels"] == 3
+    told = ("--bytes", 700, "--base-faces", 60, "--levels", 1)
+    report = json.loads(run("compress", sphere_file, target, *told, "--refine-steps", 0, "--json").out)
+    assert (report["base_faces"], report["levels"]) == (60, 1) and report["bytes"] <= 700
+
+
+def test_a_size_that_the_base_does_not_fit_into_is_bad_input(run, sphere_file, tmp_path):
+    target = tmp_path / "small.npmesh"
+    outcome = run("compress", sphere_file, target, "--bytes", 400, "--base-faces", 400, "--refine-steps", 0)
+    assert outcome.code == 2 and "Expected a base mesh of at most 400 bytes" in outcome.error_line
+    assert not target.exists()
+
+
 @pytest.mark.parametrize("suffix", ["ply", "obj", "stl", "glb"])
 def test_decompress_writes_every_format(run, made, tmp_path, suffix):
     target = tmp_path / f"out.{suffix}"
