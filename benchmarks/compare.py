@@ -95,8 +95,8 @@ def folder(o: argparse.Namespace) -> Path:
 
 
 def lines(o: argparse.Namespace, method: str) -> Path:
-    """The file of a method's lines; ours depends on the weights as well."""
-    digest = f"_{weights.load().digest.hex()}" if method == "ours" else ""
+    """The file of a method's lines; ours depend on the weights as well."""
+    digest = f"_{weights.load().digest.hex()}" if method.startswith("ours") else ""
     return folder(o) / f"{method}{digest}.jsonl"
 
 

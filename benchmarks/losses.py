@@ -5,7 +5,7 @@ import numpy as np
 from .methods import REFERENCE, REFERENCE_SCALARS
 from .methods.case import BUDGETS, FEATURES
 from .results import Results
-from .tables import OURS, kilo
+from .tables import OURS, SIZED, kilo
 
 LEAST_SHARE = 0.25  # of the meshes, that a method must have to be named
 
@@ -29,7 +29,7 @@ def losses_in_bytes(results: Results) -> str:
         ahead = []
         for method, name in results.names.items():
             other, m = results.ratio(OURS, method, "bytes", budget)
-            if method not in (OURS, REFERENCE) and m >= n * LEAST_SHARE and other > 1:
+            if method not in (OURS, SIZED, REFERENCE) and m >= n * LEAST_SHARE and other > 1:
                 ahead.append(f"{name} ({other:.2f}{f', {m} meshes' if m < n else ''})")
         if ahead:
             better.append(f"{kilo(budget)}: {', '.join(ahead)}")
@@ -39,7 +39,20 @@ def losses_in_bytes(results: Results) -> str:
     )
     if better:
         text += f" Others that are nearer on the geometric mean, with our d_pm over theirs: {'; '.join(better)}."
-    return text
+    return text + sized(results)
+
+
+def sized(results: Results) -> str:
+    """How a file that is made for its size compares, as one sentence, '' if that was not measured."""
+    parts = []
+    for budget in BUDGETS:
+        ratio, n = results.ratio(SIZED, REFERENCE, "bytes", budget)
+        cut, both = results.ratio(SIZED, OURS, "bytes", budget)
+        if n:
+            lost = results.wins(SIZED, REFERENCE, "bytes", budget)[1]
+            beside = f", {cut:.2f} of the cut stream's" if both else ""
+            parts.append(f"{kilo(budget)} {ratio:.2f} of QSlim + Draco's{beside}, farther on {percent(lost, n)} of {n}")
+    return f" A file made for its size (`--bytes`) has a d_pm of: {'; '.join(parts)} meshes." if parts else ""
 
 
 def losses_in_numbers(results: Results) -> str:

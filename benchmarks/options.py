@@ -12,6 +12,7 @@ from .methods import METHODS
 
 QUICK_MESHES, QUICK_SAMPLES = 6, 20_000
 QUICK_FACES = (4_000, 20_000)
+SLOW = ("ours_sized", "subdivision_codec")  # make a stream, or several, for every budget: not part of a quick run
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".drc")
 MADE = Path("out/bench/meshes")
 
@@ -25,7 +26,7 @@ def parse(doc: str) -> argparse.Namespace:
     parser.add_argument("--limit", type=int, help="so many meshes, spread over the sizes")
     parser.add_argument("--samples", type=int, help="points each way (default 50,000; quick 20,000)")
     parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--methods", type=lambda s: tuple(s.split(",")), default=METHODS, help="comma-separated")
+    parser.add_argument("--methods", type=lambda s: tuple(s.split(",")), help="comma-separated (default: all; quick: the fast)")
     parser.add_argument("--order", default="gain", help="of our features")
     parser.add_argument("--refine-steps", type=int, help="of our codec")
     parser.add_argument("--tag", default="", help="keep the results apart from those of other settings")
@@ -34,6 +35,7 @@ def parse(doc: str) -> argparse.Namespace:
     parser.add_argument("--no-runtime", dest="runtime", action="store_false", help="leave out seconds and memory of operations")
     o = parser.parse_args()
     o.samples = o.samples or (QUICK_SAMPLES if o.quick else 50_000)
+    o.methods = o.methods or tuple(m for m in METHODS if not (o.quick and m in SLOW))
     unknown = sorted(set(o.methods) - set(METHODS))
     if unknown:
         parser.error(f"Expected methods among {', '.join(METHODS)}, found {', '.join(unknown)}")

@@ -2,18 +2,24 @@
 
     .venv/bin/python -m benchmarks.slider [STREAM.npmesh]                 the bpy module
     blender -b --factory-startup -P benchmarks/slider.py -- [STREAM]      a real Blender, no window
-    blender --factory-startup -P benchmarks/slider.py -- [STREAM]         a window: drawing is measured too
+    blender --factory-startup --window-geometry 0 0 320 240 -P benchmarks/slider.py -- [STREAM]      a window, drawn
 
-Without STREAM, the demo's (out/demo/sculpt.npmesh; `make demo`). A position counts from setting the property until the
-mesh is there and evaluated. Drawing a changed mesh comes on top; it is measured by itself, on fewer positions, as without
-a graphics card it takes longer than everything else. Prints one JSON object: medians in milliseconds of the clock, and
-for new prefixes of the processor too, which is what one waits on an idle machine (OMP_NUM_THREADS=1: of one thread).
+Without STREAM, the demo's (out/demo/sculpt.npmesh; `make demo`). Without a window, a position counts from setting the
+property until the mesh is there and evaluated; in one, until it has been drawn, beside an ordinary mesh that is changed
+and drawn in the same way (slider_window.py). Prints one JSON object: medians in milliseconds of the clock, and for new
+prefixes of the processor too, which is what one waits on an idle machine (OMP_NUM_THREADS=1: of one thread). Memory is
+what the process holds after a round there and back, garbage collected and free memory handed back, from the second round
+on: the first fills what is kept of recent positions.
 """
+import ctypes
+import gc
 import importlib
 import json
 import os
 import sys
 import time
+import traceback
+from collections.abc import Generator
 from pathlib import Path
 from statistics import median
 
@@ -24,13 +30,18 @@ sys.path.insert(0, str(ROOT))
 
 from tests.addon.source_addon import enable  # noqa: E402 - found in ROOT
 
-POSITIONS, ROUNDS, SWITCHES, DRAWN = 200, 3, 40, 5
+POSITIONS, ROUNDS, SWITCHES = 200, 4, 40
 KNOWN = 30  # positions on the way back whose meshes are still kept; a decoder keeps 32
 LEVEL = "3"
 
 
 def memory() -> float:
-    """Resident memory of this process, MiB; 0 where the system does not tell."""
+    """Resident memory of this process without what it could give back, MiB; 0 where the system does not tell."""
+    gc.collect()
+    try:
+        ctypes.CDLL(None).malloc_trim(0)  # glibc's
+    except (OSError, AttributeError, TypeError):
+        pass
     try:
         pages = int(Path("/proc/self/statm").read_text().split()[1])
     except OSError:
@@ -64,10 +75,6 @@ class Drag:
         bpy.context.view_layer.update()
         len(self.obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.vertices)
 
-    def draw(self) -> None:
-        """Draw the window."""
-        bpy.ops.wm.redraw_timer(type="DRAW_WIN_SWAP", iterations=1)
-
     def move(self, features: int) -> None:
         """One position of the slider."""
         self.state.features = features
@@ -86,37 +93,67 @@ def positions(total: int, seed: int) -> list[int]:
 
 
 def run(package: str, path: Path) -> dict:
-    """All measures of one stream."""
+    """All measures of one stream, without a window."""
     drag = Drag(package, path)
     total, levels = drag.state.total_features, drag.state.level_count
-    for features in positions(total, 0)[:20]:
-        drag.move(features)
     new, busy, known, used = [], [], [], []
-    for seed in range(1, ROUNDS + 1):
+    for seed in range(ROUNDS):
         there = positions(total, seed)
         half = len(there) // 2
+        times = []
         for k in there[:half]:
             begun = time.process_time()
-            new.append(milliseconds(lambda k=k: drag.move(k)))
-            busy.append(1000 * (time.process_time() - begun))
-        used.append(memory())
-        known += [milliseconds(lambda k=k: drag.move(k)) for k in there[half:half + KNOWN][1:]]
+            took = milliseconds(lambda k=k: drag.move(k))
+            times.append((took, 1000 * (time.process_time() - begun)))
+        again = [milliseconds(lambda k=k: drag.move(k)) for k in there[half:half + KNOWN][1:]]
         for k in there[half + KNOWN:]:
             drag.move(k)
-        used.append(memory())
+        if seed:  # the first round loads and fills what the others find
+            new += [wall for wall, _ in times]
+            busy += [processor for _, processor in times]
+            known += again
+            used.append(memory())
     for level in range(levels + 1):
         drag.switch(level)
     switching = [milliseconds(lambda k=k: drag.switch(k % (levels + 1))) for k in range(SWITCHES)]
-    drawing = []
-    for features in () if bpy.app.background else positions(total, 0)[::POSITIONS // DRAWN]:
-        drag.move(features)
-        drawing.append(milliseconds(drag.draw))
+    return {**described(drag, path), "new_prefix_ms": round(median(new), 1),
+            "new_prefix_processor_ms": round(median(busy), 1), "known_prefix_ms": round(median(known), 1),
+            "level_switch_ms": round(median(switching), 1), **growth(used)}
+
+
+def run_in_window(package: str, path: Path) -> Generator[None, None, dict]:
+    """All measures of one stream with drawing; yields where Blender goes on."""
+    from benchmarks import slider_window as window
+
+    yield from window.make_drawing_cheap()
+    drag = Drag(package, path)
+    stamp = importlib.import_module(f"{package}.preview").STAMP
+    total = drag.state.total_features
+    yield from window.measured(drag, [positions(total, 0)[::4]], KNOWN // 4, 2 * drag.state.level_count, stamp)
+    used, rounds = [], []
+    for seed in range(1, ROUNDS):
+        rounds.append((yield from window.measured(drag, [positions(total, seed)], KNOWN, SWITCHES, stamp)))
+        used.append(memory())
+    times = {name: median(value for found in rounds for value in found[name]) for name in rounds[0]}
+    return {**described(drag, path), "new_prefix_ms": round(times["new"], 1),
+            "new_prefix_own_ms": round(times["new_own"], 1), "known_prefix_ms": round(times["known"], 1),
+            "known_prefix_own_ms": round(times["known_own"], 1), "plain_mesh_ms": round(times["plain"], 1),
+            "new_prefix_beyond_plain_ms": round(times["new"] - times["plain"], 1),
+            "known_prefix_beyond_plain_ms": round(times["known"] - times["plain"], 1),
+            "level_switch_ms": round(times["switch"], 1), "level_switch_own_ms": round(times["switch_own"], 1),
+            **growth(used)}
+
+
+def described(drag: Drag, path: Path) -> dict:
+    """What was measured."""
     return {"blender": bpy.app.version_string, "window": not bpy.app.background, "stream": path.name,
-            "faces": drag.state.stream_base_faces * 4 ** min(int(LEVEL), levels), "features": total,
-            "new_prefix_ms": round(median(new), 1), "new_prefix_processor_ms": round(median(busy), 1),
-            "known_prefix_ms": round(median(known), 1),
-            "level_switch_ms": round(median(switching), 1), "drawing_ms": round(median(drawing), 1) if drawing else None,
-            "memory_mib": [round(x, 1) for x in used],
+            "faces": drag.state.stream_base_faces * 4 ** min(int(LEVEL), drag.state.level_count),
+            "features": drag.state.total_features}
+
+
+def growth(used: list[float]) -> dict:
+    """Memory in MiB after each round, and by how much of the first it grew."""
+    return {"memory_mib": [round(x, 1) for x in used],
             "memory_growth_percent": round(100 * (used[-1] / used[0] - 1), 2) if used[0] else None}
 
 
@@ -128,18 +165,21 @@ def main() -> None:
     if bpy.app.background:
         print(json.dumps(run(package, path)))
         return
+    steps = run_in_window(package, path)
 
-    def in_window() -> None:
-        window = bpy.context.window_manager.windows[0]
-        area = next(a for a in window.screen.areas if a.type == "VIEW_3D")
+    def tick() -> float | None:
         try:
-            with bpy.context.temp_override(window=window, area=area):
-                print(json.dumps(run(package, path)), flush=True)
-        finally:
-            bpy.ops.wm.quit_blender()
+            next(steps)
+            return 0.0
+        except StopIteration as end:
+            print(json.dumps(end.value), flush=True)
+        except BaseException:
+            traceback.print_exc()
+        bpy.ops.wm.quit_blender()
+        return None
 
     bpy.context.preferences.view.show_splash = False
-    bpy.app.timers.register(in_window, first_interval=2.0)
+    bpy.app.timers.register(tick, first_interval=2.0)
 
 
 if __name__ == "__main__":

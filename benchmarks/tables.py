@@ -7,7 +7,7 @@ from .methods import REFERENCE, REFERENCE_SCALARS
 from .methods.case import BASE_FACES, BUDGETS, CURVE, FEATURES
 from .results import MEASURES, Results
 
-OURS = "ours"
+OURS, SIZED = "ours", "ours_sized"
 LARGE = 20_000  # faces
 # d_pm x 1e-4 and d_normal as the paper prints them (its table 1, 100 meshes of Thingi10K, which are not ours)
 PAPER = {

@@ -13,6 +13,7 @@ from types import ModuleType
 # in the order of the tables
 METHODS = (
     "ours",
+    "ours_sized",
     "qslim_draco",
     "qslim",
     "fast_quadric",

@@ -26,6 +26,14 @@ def test_quick_takes_six_of_moderate_size_from_a_manifest(tmp_path, monkeypatch)
     assert len(found) == 6 and all(4_000 <= e.faces <= 20_000 and e.name != "m03" for e in found)
 
 
+def test_a_quick_run_leaves_out_what_is_slow_unless_it_is_told(tmp_path, monkeypatch):
+    (tmp_path / "a.ply").write_bytes(b"")
+    assert parsed(monkeypatch, tmp_path).methods == options.METHODS
+    quick = parsed(monkeypatch, tmp_path, "--quick").methods
+    assert set(options.METHODS) - set(quick) == set(options.SLOW)
+    assert parsed(monkeypatch, tmp_path, "--quick", "--methods", "ours_sized").methods == ("ours_sized",)
+
+
 @pytest.mark.parametrize("arguments", [("--methods", "ours,nonsense"), ("/nowhere",)])
 def test_a_mistake_is_one_line_and_code_2(arguments, monkeypatch, capsys):
     with pytest.raises(SystemExit) as stop:
