@@ -8,6 +8,7 @@ over their corners, so that a base vertex that stands off the surface for the go
 Levels from 3 on reuse the network of level 2. Beyond the paper, offsets move midpoints along the normal of their edge on top
 of that: what the network cannot say in few bytes, and what it sees when it predicts the next level.
 """
+from typing import NamedTuple
 
 from .geometry import geometry_features
 from .operators import MeshIndex, bilinear_upsample, corner_frames, edge_frames, face_convolution, two_face_linear
@@ -30,9 +31,26 @@ def network_level(params: dict, level: int) -> dict:
     return steps[min(level, len(steps) - 1)]
 
 
-def decode_step(B, step: dict, V, hidden, f, mesh: MeshIndex, offsets=None):
-    """One level: V (n, 3), hidden (3 m, C) or None, f (m, 8), offsets (e, 1) or None -> (V at the next level (n + e, 3),
-    hidden (3 m, C'))."""
+class Step(NamedTuple):
+    """What the network says of the next level, before offsets: old (n, 3) and middle (e, 3), the vertices and the midpoints
+    of the edges; normal (e, 3) of the edges, along which offsets move; hidden (3 m, C), None where nothing reads it."""
+
+    old: object
+    middle: object
+    normal: object
+    hidden: object
+
+    def vertices(self, B, offsets=None):
+        """Vertices of the next level, (n + e, 3); offsets: (e, 1) in the frame of the vertices, or None."""
+        return B.concat([self.old, self.middle if offsets is None else self.middle + self.normal * offsets], 0)
+
+
+def predict(B, params: dict, level: int, V, hidden, f, meshes: list) -> Step:
+    """From a level to the next: V (n, 3) and f (m, 8) of the level; hidden (3 m', C) of the step before, None for the
+    first; meshes: MeshIndex of the levels up to this one."""
+    mesh, step = meshes[level], network_level(params, level)
+    if level:
+        hidden = bilinear_upsample(B, hidden, meshes[level - 1].opposite, network_level(params, level - 1)["up"])
     g = geometry_features(B, V, mesh)
     s = feature_slots(B, f)
     x = B.concat([g, s] if hidden is None else [hidden, g, s], 1)
@@ -40,20 +58,19 @@ def decode_step(B, step: dict, V, hidden, f, mesh: MeshIndex, offsets=None):
     y = face_convolution(B, y, mesh.opposite, step["conv2"]) + B.product(x, step["skip"])
     offset = two_face_linear(B, B.concat([y, g, s], 1), mesh.opposite, step["displace"])
     middle, corner = B.split(offset, [3, 3])
-    return B.concat([moved_vertices(B, V, corner, mesh), displaced_midpoints(B, V, middle, mesh, offsets)], 0), y
+    return Step(moved_vertices(B, V, corner, mesh), *displaced_midpoints(B, V, middle, mesh), y)
 
 
-def displaced_midpoints(B, V, offset, mesh: MeshIndex, lift=None):
+def displaced_midpoints(B, V, offset, mesh: MeshIndex):
     """V (n, 3) and offsets (3 m, 3), one per half-edge in its own frame and in units of its length -> displaced midpoints
-    (e, 3). lift (e, 1): on top of that, along the normals of the edges and in the frame of V."""
+    (e, 3), and the normals of the edges (e, 3)."""
     x, y, z, length = edge_frames(B, V, mesh)
     left, right = B.take(offset, mesh.left), B.take(offset, mesh.right)
     # seen from the right half-edge x and y are negated; on the border left and right are the same half-edge
     sign = 1 - 2 * B.take(mesh.inner, mesh.left)
     along, across, up = ((left[:, k] + (sign[:, 0] if k < 2 else 1) * right[:, k])[:, None] / 2 for k in range(3))
     middle = (B.take(V, mesh.edge_a) + B.take(V, mesh.edge_b)) / 2
-    out = middle + length * (x * along + y * across + z * up)
-    return out if lift is None else out + z * lift
+    return middle + length * (x * along + y * across + z * up), z
 
 
 def moved_vertices(B, V, offset, mesh: MeshIndex):
@@ -71,9 +88,8 @@ def decode(B, params: dict, V0, features: list, meshes: list, offsets: list | No
     Returns the list of vertex arrays V^1..V^L, each (n_i, 3).
     """
     V, hidden, out = V0, None, []
-    for i, (f, mesh) in enumerate(zip(features, meshes, strict=True)):
-        if i:
-            hidden = bilinear_upsample(B, hidden, meshes[i - 1].opposite, network_level(params, i - 1)["up"])
-        V, hidden = decode_step(B, network_level(params, i), V, hidden, f, mesh, None if offsets is None else offsets[i])
+    for i, (f, _) in enumerate(zip(features, meshes, strict=True)):
+        step = predict(B, params, i, V, hidden, f, meshes)
+        V, hidden = step.vertices(B, None if offsets is None else offsets[i]), step.hidden
         out.append(V)
     return out

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import weights as weight_file
 from .backend import NUMPY
-from .decoder import EDGES, FEATURES, decode
+from .decoder import EDGES, FEATURES, Step, predict
 from .errors import SettingsError, WeightsError
 from .header import Stream
 from .mesh import Frame, TriMesh
@@ -17,7 +17,8 @@ CACHED = 32  # decodes kept; a slider that goes back finds its meshes at once
 
 
 class ProgressiveMesh:
-    """A stream as far as it has arrived. Connectivity is built once; positions of recent decodes are kept."""
+    """A stream as far as it has arrived. Connectivity is built once; positions of recent decodes are kept, and of each
+    level's step what the network said last: another number of features changes the levels that it changes."""
 
     def __init__(self, stream: Stream, size: int) -> None:
         """stream: what `read_stream` returned for `size` bytes. Raises WeightsError if its weights are not here."""
@@ -44,6 +45,7 @@ class ProgressiveMesh:
         self._group, self._face = stream.group, stream.face
         self._value = stream.value.astype(np.float32) * step[stream.group][:, None]
         self._cache: OrderedDict[int, list[np.ndarray]] = OrderedDict()
+        self._steps: list[tuple[tuple, Step] | None] = [None] * header.levels
 
     def bytes_for(self, features: int) -> int:
         """Bytes of the shortest prefix that holds this many features; whole packets arrive, never parts."""
@@ -82,14 +84,27 @@ class ProgressiveMesh:
         """Cached decode. It passes all coarser levels on its way, so they are kept with it."""
         found = self._cache.get(features, [self._V0])
         if len(found) <= level:
-            latents = [self._latents(features, i) for i in range(level)]
-            offsets = [self._offsets(features, i) for i in range(level)] if self.header.passes else None
-            found = [self._V0, *decode(NUMPY, self._params, self._V0, latents, self._meshes[:level], offsets)]
+            found = self._decoded(features, level)
         self._cache[features] = found
         self._cache.move_to_end(features)
         while len(self._cache) > CACHED:
             self._cache.popitem(last=False)
         return found[level]
+
+    def _decoded(self, features: int, level: int) -> list[np.ndarray]:
+        """Vertices of levels 0..level, unit frame: what `decoder.decode` gives."""
+        groups = np.bincount(self._group[:features], minlength=len(self.header.feature_steps)).reshape(-1, self.levels)
+        out = [self._V0]
+        for i in range(level):
+            # what the network sees: the latents of this level and the ones below, the offsets of those below
+            seen = (*groups[0, :i + 1], *groups[1:, :i].reshape(-1))
+            known = self._steps[i]
+            if known is None or known[0] != seen:
+                below = self._steps[i - 1][1].hidden if i else None
+                step = predict(NUMPY, self._params, i, out[i], below, self._latents(features, i), self._meshes)
+                known = self._steps[i] = seen, step._replace(hidden=step.hidden if i + 1 < self.levels else None)
+            out.append(known[1].vertices(NUMPY, self._offsets(features, i) if self.header.passes else None))
+        return out
 
     def _latents(self, features: int, level: int) -> np.ndarray:
         """Latents (m, 8) of the faces of a level, zero where none is among the first `features`."""

@@ -6,7 +6,8 @@ from .. import preview
 from ..core.errors import NpmError, StreamError
 from .compress import preview_of
 from .job_operator import one_line
-from .target import poll_mesh, poll_preview
+from .preview_operator import PreviewOperator
+from .target import poll_mesh
 
 
 class OBJECT_OT_npmesh_preview(bpy.types.Operator):
@@ -37,7 +38,7 @@ class OBJECT_OT_npmesh_preview(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class OBJECT_OT_npmesh_stop(bpy.types.Operator):
+class OBJECT_OT_npmesh_stop(PreviewOperator, bpy.types.Operator):
     """Use this many features, for which the error was measured"""
 
     bl_idname = "object.npmesh_stop"
@@ -46,41 +47,29 @@ class OBJECT_OT_npmesh_stop(bpy.types.Operator):
 
     features: IntProperty(name="Features", min=0, description="How many features to use")
 
-    @classmethod
-    def poll(cls, context):
-        return poll_preview(cls, context)
-
     def execute(self, context):
         context.active_object.npmesh.features = self.features
         return {"FINISHED"}
 
 
-class OBJECT_OT_npmesh_apply(bpy.types.Operator):
+class OBJECT_OT_npmesh_apply(PreviewOperator, bpy.types.Operator):
     """Keep what the preview shows as an ordinary mesh object; the original stays hidden"""
 
     bl_idname = "object.npmesh_apply"
     bl_label = "Apply Preview"
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
 
-    @classmethod
-    def poll(cls, context):
-        return poll_preview(cls, context)
-
     def execute(self, context):
         preview.apply(context.active_object)
         return {"FINISHED"}
 
 
-class OBJECT_OT_npmesh_discard(bpy.types.Operator):
+class OBJECT_OT_npmesh_discard(PreviewOperator, bpy.types.Operator):
     """Remove the preview and bring the original back"""
 
     bl_idname = "object.npmesh_discard"
     bl_label = "Discard Preview"
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012
-
-    @classmethod
-    def poll(cls, context):
-        return poll_preview(cls, context)
 
     def execute(self, context):
         preview.discard(context.active_object, context.view_layer)

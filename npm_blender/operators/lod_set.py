@@ -5,10 +5,10 @@ from bpy.props import BoolProperty, EnumProperty, StringProperty
 from ..core.errors import NpmError
 from ..preview import lodset
 from .job_operator import one_line
-from .target import poll_preview
+from .preview_operator import PreviewOperator
 
 
-class OBJECT_OT_npmesh_lod_set(bpy.types.Operator):
+class OBJECT_OT_npmesh_lod_set(PreviewOperator, bpy.types.Operator):
     """Make an ordinary object of every level, the finest as LOD0, in a collection of their own"""
 
     bl_idname = "object.npmesh_lod_set"
@@ -28,10 +28,6 @@ class OBJECT_OT_npmesh_lod_set(bpy.types.Operator):
                ("ALL", "All", "Every feature that has arrived")))
     side_by_side: BoolProperty(
         name="Side by Side", description="Move the levels apart along x, to look at them; engines want them in one place")
-
-    @classmethod
-    def poll(cls, context):
-        return poll_preview(cls, context)
 
     def invoke(self, context, event):
         self.name = self._plain_name(context.active_object)

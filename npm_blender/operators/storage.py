@@ -9,17 +9,13 @@ from ..core.errors import FileError, NpmError
 from ..core.files import read_file, write_file
 from .export_stream import SUFFIX
 from .job_operator import one_line
-from .target import poll_preview
+from .preview_operator import PreviewOperator
 
 
-class StorageOperator:
+class StorageOperator(PreviewOperator):
     """An operator on where the active preview's stream is kept; what goes wrong becomes one line."""
 
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - Blender's own form
-
-    @classmethod
-    def poll(cls, context):
-        return poll_preview(cls, context)
 
     def execute(self, context):
         try:

@@ -7,6 +7,8 @@ point asks only those whose box is nearer than what it has found.
 from collections.abc import Generator
 from typing import TYPE_CHECKING
 
+from .threads import in_thread
+
 if TYPE_CHECKING:
     import numpy as np
 
@@ -44,8 +46,7 @@ class Nearest:
 
         from ..core.locality import in_morton_order
 
-        mesh = in_morton_order(self._mesh)
-        yield
+        mesh = yield from in_thread(lambda: in_morton_order(self._mesh))
         for start in range(0, len(mesh.F), PATCH_FACES):
             used, F = np.unique(mesh.F[start:start + PATCH_FACES], return_inverse=True)
             V = mesh.V[used]

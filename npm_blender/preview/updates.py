@@ -6,8 +6,9 @@ import bpy
 from ..core.errors import NpmError
 from . import decoders, deviation, levels, linked, playback
 
-# An update that takes longer than a frame or two waits for the timer, so that a dragged slider stays under the mouse.
-FAST_SECONDS, TIMER_SECONDS = 0.03, 0.03
+# An update that takes longer waits until the panel has been drawn with the slider's new place. It costs one redraw more;
+# Blender itself passes on only the last of the mouse's moves that are waiting.
+FAST_SECONDS = 0.1
 
 _seconds: dict[str, float] = {}  # what the last update of a stream took
 _waiting: set[int] = set()  # session_uid of objects that the timer will update
@@ -29,7 +30,7 @@ def on_change(state, context: bpy.types.Context) -> None:
         return
     _waiting.add(obj.session_uid)
     if not bpy.app.timers.is_registered(flush):
-        bpy.app.timers.register(flush, first_interval=TIMER_SECONDS)
+        bpy.app.timers.register(flush)
 
 
 def on_path(state, context: bpy.types.Context) -> None:

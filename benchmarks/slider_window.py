@@ -1,0 +1,185 @@
+"""From setting the slider to the drawn mesh, in a window; see slider.py.
+
+Every move goes the way of a user's: the property is set from Blender's main loop, the extension follows as it does, and
+the viewport's own draw handler says when a mesh has been drawn (a pixel is read back, so that drawing has ended). The
+same positions, written to the mesh of an ordinary object, tell what Blender's drawing costs without the extension.
+Without a graphics card drawing dwarfs the rest, so it is made cheap: one viewport, small, flat, without anti-aliasing
+and overlays; give Blender a small window too (`--window-geometry 0 0 320 240`).
+"""
+import time
+from collections.abc import Callable, Generator
+
+import bpy
+import gpu
+import numpy as np
+
+LIMIT_SECONDS = 20
+SHARE = 0.3  # of the window's width and height that the viewport keeps
+Frames = Generator[None, None, float]
+
+
+def make_drawing_cheap() -> Generator[None, None, None]:
+    """One small viewport, which draws triangles in one colour; yields where Blender has to draw once."""
+    bpy.context.preferences.system.viewport_aa = "OFF"
+    window = bpy.context.window_manager.windows[0]
+    for direction in ("VERTICAL", "HORIZONTAL"):
+        yield from _frames()
+        area = _viewport(window)
+        with bpy.context.temp_override(window=window, area=area, region=area.regions[-1]):
+            bpy.ops.screen.area_split(direction=direction, factor=SHARE)
+        small = min((a for a in window.screen.areas if a.type == "VIEW_3D"), key=lambda a: a.width * a.height)
+        for area in [a for a in window.screen.areas if a != small]:
+            area.type = "TEXT_EDITOR"  # draws nothing that changes
+    yield from _frames()
+    space = _viewport(window).spaces.active
+    space.overlay.show_overlays = space.show_gizmo = False
+    space.show_region_ui = space.show_region_toolbar = space.show_region_header = space.show_region_tool_header = False
+    space.shading.type, space.shading.light, space.shading.color_type = "SOLID", "FLAT", "SINGLE"
+    space.shading.show_object_outline = False
+    yield from _frames()
+
+
+def _viewport(window: bpy.types.Window) -> bpy.types.Area:
+    return next(a for a in window.screen.areas if a.type == "VIEW_3D")
+
+
+def _frames() -> Generator[None, None, None]:
+    for _ in range(20):
+        yield
+
+
+class Viewport:
+    """Knows when a mesh was last drawn in the viewport."""
+
+    def __init__(self) -> None:
+        """Begin to watch."""
+        self._expected: Callable[[], bool] | None = None
+        self._drawn = 0.0
+        self._handler = bpy.types.SpaceView3D.draw_handler_add(self._draw, (), "WINDOW", "POST_PIXEL")
+
+    def end(self) -> None:
+        """Watch no more."""
+        bpy.types.SpaceView3D.draw_handler_remove(self._handler, "WINDOW")
+
+    def _draw(self) -> None:
+        if self._expected is not None and self._expected():
+            gpu.state.active_framebuffer_get().read_color(0, 0, 1, 1, 4, 0, "FLOAT")  # waits for what was drawn before
+            self._drawn, self._expected = time.perf_counter(), None
+
+    def visible(self, change: Callable[[], object], expected: Callable[[], bool]) -> Frames:
+        """Milliseconds from before `change` until a frame was drawn in which `expected` held."""
+        start = time.perf_counter()
+        self._expected = expected
+        change()
+        while self._expected is not None:
+            if time.perf_counter() > start + LIMIT_SECONDS:
+                raise RuntimeError("Expected the viewport to be drawn, found it was not; is the window covered?")
+            yield
+        return 1000 * (self._drawn - start)
+
+
+class Plain:
+    """An ordinary object with the faces of the preview's mesh, which the extension knows nothing of."""
+
+    def __init__(self, obj: bpy.types.Object) -> None:
+        """Make it of what `obj` shows."""
+        mesh = obj.data.copy()
+        for key in list(mesh.keys()):
+            del mesh[key]
+        self.obj = bpy.data.objects.new("Plain", mesh)
+        bpy.context.collection.objects.link(self.obj)
+
+    def move(self, positions: np.ndarray) -> None:
+        """Put the vertices at positions (3 n,) float32."""
+        self.obj.data.attributes["position"].data.foreach_set("vector", positions)
+        self.obj.data.update()
+
+    def end(self) -> None:
+        """Remove it."""
+        bpy.data.meshes.remove(self.obj.data)
+
+
+def positions_of(mesh: bpy.types.Mesh) -> np.ndarray:
+    """Positions of the vertices, (3 n,) float32."""
+    out = np.zeros(3 * len(mesh.vertices), dtype=np.float32)
+    mesh.attributes["position"].data.foreach_get("vector", out)
+    return out
+
+
+class Clock:
+    """Milliseconds that the extension's updates take, since `take` was called."""
+
+    def __init__(self, updates) -> None:
+        """updates: the extension's module preview.updates."""
+        self._spent, self._updates, self._show = 0.0, updates, updates.show_or_say
+
+        def timed(obj: bpy.types.Object) -> None:
+            start = time.perf_counter()
+            self._show(obj)
+            self._spent += 1000 * (time.perf_counter() - start)
+
+        updates.show_or_say = timed
+
+    def take(self) -> float:
+        """What was spent."""
+        spent, self._spent = self._spent, 0.0
+        return spent
+
+    def end(self) -> None:
+        """Count no more."""
+        self._updates.show_or_say = self._show
+
+
+def measured(drag, rounds: list[list[int]], known: int, switches: int, stamp: str) -> Generator[None, None, dict]:
+    """Times in milliseconds, lists by name, as the generator's return value; it yields where Blender goes on.
+
+    drag: a slider.Drag; rounds: positions there and back; known: how many of the way back were seen just before;
+    stamp: the property of a mesh that says what it holds.
+    """
+    viewport, clock = Viewport(), Clock(drag.updates)
+    plain = Plain(drag.obj)
+    times: dict[str, list[float]] = {name: [] for name in ("new", "new_own", "known", "known_own", "switch",
+                                                           "switch_own", "plain")}
+
+    def move(features: int, *names: str) -> Frames:
+        before = drag.obj.data.get(stamp)
+        wanted = f"{drag.state.digest}:{features}"
+        if before == wanted:  # two positions with as many features: nothing moves
+            return
+        took = yield from viewport.visible(lambda: setattr(drag.state, "features", features),
+                                           lambda: drag.obj.data.get(stamp) == wanted)
+        for name, value in zip(names, (took, clock.take()), strict=False):
+            times[name].append(value)
+
+    def only(obj: bpy.types.Object) -> None:
+        for other in (drag.obj, plain.obj):
+            other.hide_set(other != obj)
+
+    for there in rounds:
+        only(drag.obj)
+        half, drawn = len(there) // 2, []
+        for k in there[:half]:
+            clock.take()
+            yield from move(k, "new", "new_own")
+            drawn.append(positions_of(drag.obj.data))
+        for k in there[half:half + known]:
+            clock.take()
+            yield from move(k, "known", "known_own")
+        for k in there[half + known:]:
+            yield from move(k)
+        only(plain.obj)
+        for positions in drawn:
+            times["plain"].append((yield from viewport.visible(lambda p=positions: plain.move(p), lambda: True)))
+    only(drag.obj)
+    for k in range(switches):
+        clock.take()
+        level = str(k % (drag.state.level_count + 1))
+        wanted = len(drag.state.meshes[int(level)].mesh.polygons) if drag.state.meshes[int(level)].mesh else None
+        took = yield from viewport.visible(lambda v=level: setattr(drag.state, "level", v),
+                                           lambda w=wanted: w is None or len(drag.obj.data.polygons) == w)
+        if k > drag.state.level_count:
+            times["switch"].append(took)
+            times["switch_own"].append(clock.take())
+    for part in (viewport, clock, plain):
+        part.end()
+    return times
