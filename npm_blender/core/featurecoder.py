@@ -1,8 +1,10 @@
 """Packets of features, in order of importance, on the wire.
 
 A feature is one face's vector of integers in one group: latents of levels 0..L-1, then offsets of the same levels, in
-one or more passes (see `featurefaces`). `packet_sizes` fixes how many features each packet holds. Inside a packet
-features are sorted by (group, face). All learned state carries on, so a packet needs all packets before it.
+one or more passes (see `featurefaces`). `packet_sizes` fixes how many features each packet holds, and how many packets
+make a batch. Batches are in order of importance; inside a batch features are sorted by (group, face), since telling
+the order of features that are worth about the same costs more than it gains. All learned state carries on, so a packet
+needs all packets before it.
 
 On the wire: length of the payload (varint), payload, 16-bit CRC (CCITT) over both that starts from the CRC before
 it. 16 bits find every single error burst of up to 16 bits and all but 1/65536 of other damage, the chain finds lost or
@@ -21,51 +23,84 @@ from .rangecoder import code_signed, decoder, encoder, finish, new_contexts, new
 from .varint import read_varint, write_varint
 
 MAX_VALUE = (1 << 20) - 1
+BATCH = 6  # packets, from 400 features on; part of the format
+GROUP, PENDING, REST, WHOLE = 0, 1, 2, 3  # of a batch: group being coded, its features to come, those after it, all
 
 
-def packet_sizes(total: int) -> list[int]:
-    """Features in each packet of a stream of `total`: 20 up to 40, 40 up to 400, then x1.15 each; the last is cut."""
+def packet_sizes(total: int, batches: bool = True) -> list[list[int]]:
+    """Features in each packet of each batch of a stream of `total`: 20 up to 40, 40 up to 400, then x1.15 each; the last
+    is cut.
+
+    The first batches are of one packet, that up to 400 features is one, then come batches of BATCH packets. batches:
+    False for streams before version 3, where each packet is a batch.
+    """
     out, size, done = [], 20, 0
     while done < total:
         if done == 40:
             size = 40
         elif done >= 400:
             size = size * 23 // 20
-        out.append(min(size, total - done))
+        goes_on = batches and (40 < done < 400 or done > 400 and len(out[-1]) < BATCH)
+        if not goes_on:
+            out.append([])
+        out[-1].append(min(size, total - done))
         done += size
     return out
 
 
 @njit
-def _code_packet(coder, faces, sent, typical, group, face, value, at, size):
-    """Code features at..at + size in place. Returns False if the counts cannot be."""
-    groups = len(sent.count)
-    rest, start = size, at
-    for lv in range(groups):
-        unsent = faces.first[lv + 1] - faces.first[lv] - sent.count[lv]
-        count = 0
-        for r in range(at, start + size):
-            count += group[r] == lv
-        if lv + 1 < groups:
-            likely = sent.last[lv] * size // sent.last[groups]
-            c = (COUNT + min(lv, LEVELS - 1)) * STRIDE
-            count = likely + code_signed(coder, count - likely, c, c, c, STRIDE, LIMIT)
+def _code_packet(coder, faces, sent, typical, group, face, value, at, size, batch, whole):
+    """Code features at..at + size in place. Returns False if the counts cannot be.
+
+    batch (4,): where the batch stands, see GROUP; whole: features of the batch, if this is its first packet, else 0.
+    """
+    if whole:
+        batch[GROUP], batch[PENDING], batch[REST], batch[WHOLE] = -1, 0, whole, whole
+    for row in range(at, at + size):
+        while batch[PENDING] == 0:
+            if not _next_group(coder, faces, sent, group, face, row, batch):
+                return False
+        lv = batch[GROUP]
+        if lv < faces.levels:
+            code_latent(coder, faces, sent, typical, value, lv, faces.first[lv] + face[row], row)
         else:
-            count = rest
-        if count < 0 or count > rest or count > unsent:
-            return False
-        code_faces(coder, faces, sent, face, lv, at, count)
-        for r in range(at, at + count):
-            group[r] = lv
-            if lv < faces.levels:
-                code_latent(coder, faces, sent, typical, value, lv, faces.first[lv] + face[r], r)
-            else:
-                code_offsets(coder, faces, sent, typical, value, lv, faces.first[lv] + face[r], r)
-        sent.last[lv] = count
-        sent.count[lv] += count
-        at += count
-        rest -= count
-    sent.last[groups] = size
+            code_offsets(coder, faces, sent, typical, value, lv, faces.first[lv] + face[row], row)
+        batch[PENDING] -= 1
+    if batch[PENDING] + batch[REST] == 0:
+        while batch[GROUP] + 1 < len(sent.count):
+            if not _next_group(coder, faces, sent, group, face, at + size, batch):
+                return False
+        sent.last[len(sent.count)] = batch[WHOLE]
+    return True
+
+
+@njit
+def _next_group(coder, faces, sent, group, face, at, batch):
+    """Code how many features of the batch are in its next group, and on which faces they sit, from row `at` on.
+
+    The last group has what remains. Returns False if the counts cannot be.
+    """
+    groups, rest = len(sent.count), batch[REST]
+    batch[GROUP] += 1
+    lv = batch[GROUP]
+    if lv >= groups:
+        return False
+    count = rest
+    if lv + 1 < groups:
+        count = 0
+        for r in range(at, at + rest):
+            count += group[r] == lv
+        likely = sent.last[lv] * batch[WHOLE] // sent.last[groups]
+        c = (COUNT + min(lv, LEVELS - 1)) * STRIDE
+        count = likely + code_signed(coder, count - likely, c, c, c, STRIDE, LIMIT)
+    if count < 0 or count > rest or count > faces.first[lv + 1] - faces.first[lv] - sent.count[lv]:
+        return False
+    code_faces(coder, faces, sent, face, lv, at, count)
+    group[at : at + count] = lv
+    batch[PENDING] = count
+    batch[REST] -= count
+    sent.last[lv] = count
+    sent.count[lv] += count
     return True
 
 
@@ -83,13 +118,13 @@ def _most_bytes(size: int, channels: int, faces: int) -> int:
 
 
 def encode_packets(F0: np.ndarray, levels: int, group: np.ndarray, face: np.ndarray, value: np.ndarray,
-                   crc: int, passes: int = 0) -> list[bytes]:
+                   crc: int, passes: int = 0, batches: bool = True) -> list[bytes]:
     """Packets of k features in their order of importance.
 
     F0 (m0, 3): base faces as the receiver sees them; group (k,): the level 0..levels - 1 of latents, levels * p + the
     level of the offsets of pass p; face (k,) in 0..m0 4^level - 1; value (k, channels) integers, of offsets the first
     three, one for each half-edge of the face, the same on both sides of an edge; crc: 16 bits that the first packet's CRC
-    starts from; passes: over the offsets that the stream has.
+    starts from; passes: over the offsets that the stream has; batches: as for `packet_sizes`.
     Raises StreamError if a face comes twice in a group, or an index or value is out of range.
     """
     group, face, value = (np.array(a, dtype=np.int64) for a in (group, face, value))
@@ -101,18 +136,20 @@ def encode_packets(F0: np.ndarray, levels: int, group: np.ndarray, face: np.ndar
     number = faces.first[group] + face
     if (number >= faces.first[group + 1]).any() or len(np.unique(number)) != len(number):
         raise StreamError("Expected at most one feature per existing face, found one twice or beyond the last face")
-    out, at = [], 0
-    for size in packet_sizes(len(group)):
-        part = slice(at, at + size)
+    out, at, state = [], 0, np.zeros(4, np.int64)
+    for sizes in packet_sizes(len(group), batches):
+        whole = sum(sizes)
+        part = slice(at, at + whole)
         order = at + np.argsort(number[part], kind="stable")
         group[part], face[part], value[part] = group[order], face[order], value[order]
-        coder = encoder(contexts, weights, _most_bytes(size, value.shape[1], len(sent.row)))
-        _code_packet(coder, faces, sent, typical, group, face, value, at, size)
-        payload = finish(coder)
-        packet = write_varint(len(payload)) + payload
-        crc = crc_hqx(packet, crc)
-        out.append(packet + crc.to_bytes(2, "big"))
-        at += size
+        for size in sizes:
+            coder = encoder(contexts, weights, _most_bytes(size, value.shape[1], len(sent.row)))
+            _code_packet(coder, faces, sent, typical, group, face, value, at, size, state, whole)
+            payload = finish(coder)
+            packet = write_varint(len(payload)) + payload
+            crc = crc_hqx(packet, crc)
+            out.append(packet + crc.to_bytes(2, "big"))
+            at, whole = at + size, 0
     return out
 
 
@@ -134,20 +171,22 @@ class Packets:
 
 
 def read_packets(data: bytes, at: int, F0: np.ndarray, levels: int, channels: int, total: int, crc: int,
-                 passes: int = 0) -> Packets:
+                 passes: int = 0, batches: bool = True) -> Packets:
     """The features of all whole, undamaged packets in data[at:]; never raises for what follows them.
 
-    F0, levels, channels, crc, passes: as for `encode_packets`; total: number of features promised. Allocates for what the
-    data can hold, not for `total`.
+    F0, levels, channels, crc, passes, batches: as for `encode_packets`; total: number of features promised. Allocates for
+    what the data can hold, and the batch that they end in, not for `total`.
     """
     faces, sent, typical, contexts, weights = _start(F0, levels, channels, passes)
-    found, at, truncated, corrupt = _whole_packets(data, at, packet_sizes(total), channels, len(sent.row), crc)
-    k = sum(size for size, _, _ in found)
+    sizes = packet_sizes(total, batches)
+    found, at, truncated, corrupt = _whole_packets(data, at, sum(sizes, []), channels, len(sent.row), crc)
+    wholes = [sum(batch) if i == 0 else 0 for batch in sizes for i in range(len(batch))][:len(found)]
+    k = sum(wholes)
     group, face, value = np.zeros(k, np.int64), np.zeros(k, np.int64), np.zeros((k, channels), np.int64)
-    features, ends = [0], [at]
-    for size, begin, end in found:
+    features, ends, state = [0], [at], np.zeros(4, np.int64)
+    for (size, begin, end), whole in zip(found, wholes, strict=True):
         coder = decoder(contexts, weights, data[begin:end - 2])
-        if not _code_packet(coder, faces, sent, typical, group, face, value, features[-1], size):
+        if not _code_packet(coder, faces, sent, typical, group, face, value, features[-1], size, state, whole):
             corrupt, truncated = f"Expected a packet of features at byte {ends[-1]}, found impossible counts", False
             break
         features.append(features[-1] + size)
@@ -184,9 +223,9 @@ def _whole_packets(data: bytes, at: int, sizes: list[int], channels: int, faces:
 
 
 def decode_packets(data: bytes, at: int, F0: np.ndarray, levels: int, channels: int, total: int, crc: int,
-                   passes: int = 0) -> Packets:
+                   passes: int = 0, batches: bool = True) -> Packets:
     """As `read_packets`, but raises StreamError with the byte offset if a packet is damaged; a cut end is no damage."""
-    packets = read_packets(data, at, F0, levels, channels, total, crc, passes)
+    packets = read_packets(data, at, F0, levels, channels, total, crc, passes, batches)
     if packets.corrupt:
         raise StreamError(packets.corrupt)
     return packets

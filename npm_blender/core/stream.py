@@ -15,7 +15,7 @@ from .header import MAX_LEVEL_FACES, MAX_PASSES, Header, Stream, check_header
 from .varint import read_varint, write_varint
 
 MAGIC = b"\x8aNPM"
-VERSION = 2                     # 1 has no offsets
+VERSION = 3                     # 1 has no offsets, 2 no batches of several packets
 _MAX_BASE_BYTES = 1 << 26       # connectivity and positions of the largest base mesh stay far below
 _PLACE = struct.Struct("<4d")
 
@@ -37,9 +37,9 @@ def write_stream(header: Header, V0_ints: np.ndarray, F0: np.ndarray, group: np.
     positions = encode_positions(V0_ints, F0)
     name = header.model_id.encode("ascii")
     head = b"".join([
-        MAGIC, bytes([2 if header.passes else 1, len(name)]), name, header.weights_hash,
+        MAGIC, bytes([VERSION, len(name)]), name, header.weights_hash,
         bytes([header.levels - 1 | header.channels - 1 << 3, header.position_bits]),
-        bytes([header.passes] if header.passes else []), np.array(header.feature_steps, dtype="<f4").tobytes(),
+        bytes([header.passes]), np.array(header.feature_steps, dtype="<f4").tobytes(),
         *map(write_varint, (header.total_features, header.source_faces, header.source_vertices)),
         _PLACE.pack(*header.centre, header.size), *map(write_varint, (len(connectivity), len(positions)))])
     body = head + (crc32(head) & 0xFFFF).to_bytes(2, "big") + connectivity + positions
@@ -68,7 +68,7 @@ def read_stream(data: bytes, strict: bool = False) -> Stream:
     _check_size(len(F0), header.levels, header.passes)
     ints = decode_positions(data[middle:end], F0)
     packets = read_packets(data, end + 4, F0, header.levels, header.channels, header.total_features, crc & 0xFFFF,
-                           header.passes)
+                           header.passes, batches=data[len(MAGIC)] > 2)
     if strict and packets.corrupt:
         raise StreamError(packets.corrupt)
     return Stream(header, ints * 2.0**-header.position_bits, F0, packets.group, packets.face, packets.value,

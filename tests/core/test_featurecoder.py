@@ -6,7 +6,7 @@ from scipy.special import gammaln
 
 from npm_blender.core.connectivity import canonical_order
 from npm_blender.core.errors import StreamError
-from npm_blender.core.featurecoder import MAX_VALUE, decode_packets, encode_packets, packet_sizes, read_packets
+from npm_blender.core.featurecoder import BATCH, MAX_VALUE, decode_packets, encode_packets, packet_sizes, read_packets
 from npm_blender.core.featurefaces import faces_of
 from npm_blender.core.subdivide import hierarchy
 
@@ -16,21 +16,57 @@ F0 = canonical_order(grid(10, 20, True, True), 200).F     # 400 faces, levels of
 OPEN = canonical_order(grid(3, 4), 20).F
 
 
-def same_packets(packets, level, face, value):
-    """The features that arrived are those sent, packet by packet, inside a packet sorted by level and face."""
-    for a, b in zip(packets.features, packets.features[1:], strict=False):
-        order = a + np.lexsort([face[a:b], level[a:b]])
-        assert np.array_equal(packets.group[a:b], level[order]) and np.array_equal(packets.face[a:b], face[order])
-        assert np.array_equal(packets.value[a:b], value[order])
+def same_packets(packets, level, face, value, batches=True):
+    """The features that arrived are those sent, batch by batch, inside a batch sorted by level and face."""
+    at = 0
+    for sizes in packet_sizes(len(level), batches):
+        stop = at + sum(sizes)
+        order = at + np.lexsort([face[at:stop], level[at:stop]])
+        order = order[:max(len(packets.group) - at, 0)]
+        came = slice(at, at + len(order))
+        assert np.array_equal(packets.group[came], level[order]) and np.array_equal(packets.face[came], face[order])
+        assert np.array_equal(packets.value[came], value[order])
+        at = stop
 
 
-@given(st.integers(0, 40_000))
-def test_packets_end_at_40_and_400_features(total):
-    ends = np.cumsum(packet_sizes(total))
-    assert sum(packet_sizes(total)) == total and all(s > 0 for s in packet_sizes(total))
+def flat(total, batches=True):
+    return [size for batch in packet_sizes(total, batches) for size in batch]
+
+
+@given(st.integers(0, 40_000), st.booleans())
+def test_packets_end_at_40_and_400_features(total, batches):
+    sizes = flat(total, batches)
+    ends = np.cumsum(sizes)
+    assert sum(sizes) == total and all(s > 0 for s in sizes)
     for stop in (20, 40, 80, 400):
         assert total < stop or stop in ends
     assert len(ends) < 60
+
+
+@given(st.integers(0, 40_000))
+def test_batches_are_of_whole_packets_and_end_at_40_and_400_features(total):
+    assert flat(total) == flat(total, batches=False)
+    assert all(len(batch) == 1 for batch in packet_sizes(total, batches=False))
+    ends = np.cumsum([sum(batch) for batch in packet_sizes(total)])
+    for stop in (20, 40, 400):
+        assert total < stop or stop in ends
+    assert all(len(batch) <= BATCH for batch in packet_sizes(total)[3:])
+
+
+def test_sorting_inside_batches_saves_bytes():
+    level, face, value = some_features(400, 3, 3000, np.random.default_rng(0))
+    with_batches, without = (sum(map(len, encode_packets(F0, 3, level, face, value, 0, batches=b))) for b in (True, False))
+    assert with_batches < 0.97 * without
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 900), st.integers(0, 2**32 - 1), st.booleans())
+def test_streams_with_and_without_batches_come_back(count, seed, batches):
+    level, face, value = some_features(400, 2, count, np.random.default_rng(seed))
+    data = b"".join(encode_packets(F0, 2, level, face, value, 3, batches=batches))
+    same_packets(decode_packets(data, 0, F0, 2, 8, len(level), 3, batches=batches), level, face, value, batches)
+    cut = data[:len(data) * 2 // 3]
+    same_packets(decode_packets(cut, 0, F0, 2, 8, len(level), 3, batches=batches), level, face, value, batches)
 
 
 @settings(deadline=None, max_examples=40)
@@ -101,8 +137,8 @@ def size_of(level, face, value):
 
 def test_scattered_faces_cost_about_what_chance_demands():
     level, face, value = some_features(400, 3, 2000, np.random.default_rng(0))
-    sizes, rest, ideal = packet_sizes(2000), 8400, 0.0
-    for k in sizes:
+    sizes, rest, ideal = flat(2000), 8400, 0.0
+    for k in map(sum, packet_sizes(2000)):
         ideal += (gammaln(rest + 1) - gammaln(k + 1) - gammaln(rest - k + 1)) / np.log(2)
         rest -= k
     assert size_of(level, face, value * 0) < 1.05 * ideal + len(sizes) * 48

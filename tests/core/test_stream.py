@@ -2,6 +2,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from hashlib import sha256
 
 import numpy as np
 import pytest
@@ -44,6 +45,12 @@ FROZEN_2 = (
     "8a4e504d020764656661756c740102030405060708390c02cdcccc3dcdcc4c3e6f12833a6f12033b17b7d13817b7513925a08d06d2860300"
     "0000000000f03f00000000000000c09a9999999999b93f000000000000044003133b620400e01a579669a4b9838bc458a1c371ba813195a5"
     "202162592017890d149a237fd7b00b62f6088478fd638100e39a369580a6b70f09e14a972c4525c8b29b234900b8c0d369"
+)
+
+FROZEN_3 = (
+    "8a4e504d030764656661756c740102030405060708390c02cdcccc3dcdcc4c3e6f12833a6f12033b17b7d13817b7513925a08d06d2860300"
+    "0000000000f03f00000000000000c09a9999999999b93f00000000000004400313e7e30400e01a579669a4b9838bc458a1c371ba813195a5"
+    "20dbfc22e917890d149a237fd7b00b62f6088478fd638100e39a369580a96a0f09e14a972c4525c8b29b234900b8c088e9"
 )
 
 DATA, SENT = stream(100)
@@ -193,7 +200,7 @@ def test_version_1_is_frozen():
     assert read.header == header and np.array_equal(read.V0 * 4096, ints) and np.array_equal(read.F0, F0)
     assert {(a, b): tuple(c) for a, b, c in zip(read.group, read.face, read.value, strict=True)} == \
            {(a, b): tuple(c) for a, b, c in zip(level, face, value, strict=True)}
-    assert write_stream(*small_stream()) == data
+    assert read.packet_ends[0].tolist() == [0, 20, 40, 45]
 
 
 def offset_stream():
@@ -220,7 +227,27 @@ def test_version_2_is_frozen():
     assert np.array_equal(read.V0 * 4096, ints) and np.array_equal(read.F0, F0)
     assert {(a, b): tuple(c) for a, b, c in zip(read.group, read.face, read.value, strict=True)} == \
            {(a, b): tuple(c) for a, b, c in zip(group, face, value, strict=True)}
+
+
+def test_version_3_is_frozen():
+    """Its features beyond 40, of which no stream is short, are frozen by their digest."""
+    data = bytes.fromhex(FROZEN_3)
+    read = read_stream(data, strict=True)
+    assert read.header == offset_stream()[0] and np.array_equal(read.V0 * 4096, offset_stream()[1])
+    before = read_stream(bytes.fromhex(FROZEN_2))
+    assert all(np.array_equal(getattr(read, name), getattr(before, name)) for name in ("group", "face", "value"))
     assert write_stream(*offset_stream()) == data
+    header, ints, F0, *_ = small_stream()
+    F0 = canonical_order(sphere(6)[1], int(sphere(6)[1].max()) + 1).F
+    ints = np.arange(3 * (F0.max() + 1)).reshape(-1, 3) * 7919 % 4096
+    k = np.arange(3000)
+    number = k * 1009 % (21 * len(F0))
+    first = len(F0) * np.array([0, 1, 5])
+    group = np.searchsorted(first[1:], number, side="right")
+    long = write_stream(replace(header, total_features=3000), ints, F0, group, number - first[group],
+                        (k[:, None] * 7 + np.arange(8) * 5) % 13 - 6)
+    assert sha256(long).hexdigest()[:16] == "95381d071b1229bc"
+    assert len(read_stream(long, strict=True).group) == 3000
 
 
 @settings(deadline=None, max_examples=60)
