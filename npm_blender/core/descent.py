@@ -88,7 +88,8 @@ class Descent:
         areas = mesh.face_areas()
         return self.B.array((areas / areas.sum())[:, None]), self.B.array(mesh.face_normals())
 
-    def _decode(self, V0, features, depth, offsets=None):
+    def decode(self, V0, features, depth, offsets=None):
+        """Vertices (n, 3) of level `depth`, a tensor: what the receiver makes of base, latents and offsets."""
         from .decoder import decode
 
         return decode(self.B, self.params, V0, features[:depth], self.meshes[:depth], offsets)[-1]
@@ -127,7 +128,7 @@ class Descent:
         distance = (torch.sqrt(along * along + 1e-10) * share).sum()
         return (distance + TANGENTIAL * slide) / self.unit + self.normal * (bend * face_share[:, 0]).sum()
 
-    def _descend(self, leaves, rate, decode, masks=None, coarse=False, effort=1, cost=None):
+    def descend(self, leaves, rate, decode, masks=None, coarse=False, effort=1, cost=None):
         """Adam with a falling rate on the leaves, against decode(depth, share done).
 
         masks: 1 where a leaf's entry may move; coarse: most steps on the level before the last; effort: times more steps;
@@ -157,25 +158,25 @@ class Descent:
                 leaf.grad = None if gradient is None else torch.nan_to_num(gradient) * mask
             optimiser.step()
 
-    def _face_errors(self, base, values, offsets=None) -> tuple[np.ndarray, np.ndarray]:
+    def face_errors(self, base, values, offsets=None) -> tuple[np.ndarray, np.ndarray]:
         """Mean distance to the input and area of the faces of the finest decode, (m,) float64 each.
 
         A quadrature of degree three: the corners, the middles of the sides and the centre.
         """
         with self.torch.no_grad():
-            V = self.B.numpy(self._decode(base, values, self.depth, offsets)).astype(np.float64)
+            V = self.B.numpy(self.decode(base, values, self.depth, offsets)).astype(np.float64)
         corners = V[self.B.numpy(self.meshes[self.depth].F).reshape(-1, 3)]
         points = np.concatenate([corners, (corners + np.roll(corners, -1, 1)) / 2, corners.mean(1, keepdims=True)], 1)
         distance, _, _ = self.surface.closest(points.reshape(-1, 3))
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
         return distance.reshape(-1, 7) @ QUADRATURE, area
 
-    def _distances(self, base, values, offsets=None) -> tuple[float, float, float]:
+    def distances(self, base, values, offsets=None) -> tuple[float, float, float]:
         """Mean distance of a decode to the input, by the area that is fitted, by the area shown, and that more exactly."""
-        distance, area = self._face_errors(base, values, offsets)
+        distance, area = self.face_errors(base, values, offsets)
         exact = float(distance @ area / max(area.sum(), 1e-30))
         with self.torch.no_grad():
-            V = self._decode(base, values, self.depth, offsets)
+            V = self.decode(base, values, self.depth, offsets)
             _, _, share, distance = self._nearest(V, self.depth)
             _, area = face_normals(self.B, V, self.meshes[self.depth])
             corners = distance[: len(V)][self.meshes[self.depth].F].reshape(-1, 3).mean(1)

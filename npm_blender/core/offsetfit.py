@@ -61,7 +61,7 @@ class OffsetFit:
     def error(self, offsets: list[np.ndarray]) -> float:
         """Mean distance of the decode to the input, unit frame. offsets: integers (e_i,) per level."""
         values = self._added([self.descent.B.array(o[:, None]) for o in offsets])
-        return self.descent._distances(self.base, self.latents, values)[2]
+        return self.descent.distances(self.base, self.latents, values)[2]
 
     def _added(self, news) -> list:
         return [a + b * s for a, b, s in zip(self.sent, news, self.steps, strict=True)]
@@ -74,11 +74,11 @@ class OffsetFit:
             values = seen(leaves, done)
             if done > ROUNDED:
                 values = [v + (torch.round(v) - v).detach() for v in values]
-            return self.descent._decode(self.base, self.latents, depth, self._added(values))
+            return self.descent.decode(self.base, self.latents, depth, self._added(values))
 
         def cost():
             return self.bit * sum(torch.log2(1 + leaf.abs()).sum() for leaf in leaves)
 
-        self.descent._descend(leaves, RATE, decode, effort=EFFORT, cost=cost)
+        self.descent.descend(leaves, RATE, decode, effort=EFFORT, cost=cost)
         self.descent.stage += 1
         return [np.rint(B.numpy(leaf)[:, 0]).astype(np.int32) for leaf in leaves]

@@ -38,15 +38,15 @@ class Refiner(Descent):
 
         def decode(depth, done):
             V = leaf if bits is None else leaf + (self.torch.round(leaf * 2**bits) / 2**bits - leaf).detach()
-            return self._decode(V, none, depth)
+            return self.decode(V, none, depth)
 
-        self._descend([leaf], BASE_RATE * edge, decode, coarse=True)
+        self.descend([leaf], BASE_RATE * edge, decode, coarse=True)
         self.stage += 1
         fitted = self.B.numpy(leaf).astype(np.float64)
         if bits is None:
             return fitted
         plain, fitted = (np.rint(V * 2.0**bits) / 2.0**bits for V in (V0, fitted))
-        return min(plain, fitted, key=lambda V: self._distances(self.B.array(V), none)[2])
+        return min(plain, fitted, key=lambda V: self.distances(self.B.array(V), none)[2])
 
     def level_by_level(self, V0: np.ndarray, features: list[np.ndarray], scale: float) -> list[np.ndarray]:
         """Latents (m_i, 8) fitted one level after the other, each with the coarser ones in place, from the encoder's.
@@ -61,7 +61,7 @@ class Refiner(Descent):
             if f.any():
                 leaf = self.B.array(f.copy()).requires_grad_(True)
                 values = [*done[:i], leaf, *done[i + 1 :]]
-                self._descend([leaf], scale * RATES[i > 0], lambda depth, _, f=values: self._decode(base, f, depth))
+                self.descend([leaf], scale * RATES[i > 0], lambda depth, _, f=values: self.decode(base, f, depth))
                 done[i] = leaf.detach()
         self.stage += 1
         return [self.B.numpy(f) for f in done]
@@ -93,7 +93,7 @@ class Refiner(Descent):
         best of all counts; None if nothing helps.
         """
         none = [self.B.array(np.zeros(f.shape)) for f in features]
-        before = self._distances(base, none)
+        before = self.distances(base, none)
         tried, best = [], (before[2], None)
         for share, self.normal, divisors in ATTEMPTS:
             found = self._attempt(base, [self.B.array(share * f) for f in features], ranks, count, steps, rate)
@@ -111,8 +111,8 @@ class Refiner(Descent):
 
     def _pruned(self, base, ints, steps):
         """`ints` without the latents that leave their face and its neighbours farther from the input than none at all."""
-        distance, area = self._face_errors(base, [0 * i for i in ints])
-        after, area_after = self._face_errors(base, _values(ints, steps))
+        distance, area = self.face_errors(base, [0 * i for i in ints])
+        after, area_after = self.face_errors(base, _values(ints, steps))
         saved = distance * area - after * area_after
         kept = []
         for new, mesh in zip(ints, self.meshes, strict=False):
@@ -135,19 +135,19 @@ class Refiner(Descent):
             for leaf, rank, step in zip(leaves, ranks, steps, strict=True):
                 rounded = leaf + (torch.round(leaf / step) * step - leaf).detach()
                 values.append((rounded if done > ROUNDED else leaf) * (rank < cut))
-            return self._decode(base, values, depth)
+            return self.decode(base, values, depth)
 
         def cost():
             bits = (torch.log2(1 + (x / s).abs()) * m for x, s, m in zip(leaves, steps, masks, strict=True))
             return BIT * sum(b.sum() for b in bits)
 
-        self._descend(leaves, rate, prefix, masks, coarse=True, cost=cost)
+        self.descend(leaves, rate, prefix, masks, coarse=True, cost=cost)
         return [torch.round(x.detach() / s) * m for x, s, m in zip(leaves, steps, masks, strict=True)]
 
     def _error_with(self, base, ints, steps, before) -> float:
         """Mean distance of a decode with these integers; infinite if any measure is worse than `before`."""
         self.progress(min(1.0, (self.stage + 1) / self.total), "Refining")
-        after = self._distances(base, _values(ints, steps))
+        after = self.distances(base, _values(ints, steps))
         return after[2] if all(a < b for a, b in zip(after, before, strict=True)) else np.inf
 
 

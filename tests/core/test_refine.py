@@ -60,12 +60,12 @@ def test_features_that_do_harm_are_left_out_and_the_others_stay():
     refiner = Refiner(load().params, Target(unit, Surface(unit), lod, levels), 1)
     base = refiner.B.array(lod.V0)
     none = [refiner.torch.zeros(len(level.F), 8) for level in levels[:-1]]
-    error = [float(refiner._face_errors(base, none)[0].mean())]
+    error = [float(refiner.face_errors(base, none)[0].mean())]
     single = {}
     for face in range(0, 100, 3):  # what each of some features does alone
         news = [n.clone() for n in none]
         news[0][face] = 2.0
-        single[face] = float(refiner._face_errors(base, _values(news, STEPS))[0].mean()) - error[0]
+        single[face] = float(refiner.face_errors(base, _values(news, STEPS))[0].mean()) - error[0]
     good, bad = min(single, key=single.get), max(single, key=single.get)
     assert single[good] < 0 < single[bad]
     both = [n.clone() for n in none]
