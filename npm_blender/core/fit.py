@@ -5,7 +5,8 @@ vertices. So the sampled points, and the points of the map at the middle of ever
 mesh to the plane of the input face that they lie on; the mapped normal of every face asks its edges to be perpendicular
 to it; and a weak spring holds each vertex near its point of the map. The sum of squares is minimised by conjugate
 gradients. Vertices may slide along the surface, which is how they find creases and corners, as in a quadric error metric
-(Garland and Heckbert 1997). Vertices of the border stay.
+(Garland and Heckbert 1997). Vertices of the border stay. Where this turns over a face, of any level, that the points of
+the map leave upright, its vertices go back towards those points (see `upright`).
 """
 import numpy as np
 
@@ -13,12 +14,14 @@ from .jit import compiled
 from .progress import Progress, no_progress
 from .quadric import add_outer
 from .subdivide import Level
+from .unfold import cosine
 
 NORMAL = 0.1  # weight of the normals: squared height difference along an edge, times the area of the face
 SPRING = 0.02  # weight of the squared distance to the point of the map
 STIFFER = 10.0  # times more spring round a face that turned over, in each of the ROUNDS
 ROUNDS = 6
 TURNED = 0.3  # cosine between a face and its mapped normal below which it counts as turned over
+LEAST = 0.2  # share of a vertex's way from its point of the map below which it goes back all the way
 ITERATIONS = 60
 TOLERANCE = 1e-4  # least norm of the preconditioned residual, relative to the first
 
@@ -169,3 +172,35 @@ def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, 
         turned = (n * normal).sum(1) < TURNED * np.linalg.norm(n, axis=1)
         spring[F[turned].reshape(-1)] *= STIFFER
     return X
+
+
+@compiled
+def _go_back(F, S, X, N):
+    """Points between S and X so that no face of F is turned against the normals N that is upright at S."""
+    V, share = X.copy(), np.ones(len(X))
+    changed = True
+    while changed:
+        changed = False
+        for f in range(len(F)):
+            if cosine(F, V, N, f) > 0.0 or not cosine(F, S, N, f) > 0.0:
+                continue
+            for c in range(3):
+                v = F[f, c]
+                if share[v] == 0.0:
+                    continue
+                changed = True
+                share[v] = share[v] / 2 if share[v] > LEAST else 0.0
+                for k in range(3):
+                    V[v, k] = S[v, k] + share[v] * (X[v, k] - S[v, k])
+                if share[v] == 0.0:
+                    V[v] = S[v]
+    return V
+
+
+def upright(levels: list[Level], points: np.ndarray, fitted: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Fitted positions (n, 3), some moved back towards the points of the map (n, 3).
+
+    No face of levels 1..L then opposes the sum of its corners' normals (n, 3) that does not at the points of the map.
+    """
+    F = np.concatenate([level.F for level in levels[1:]])
+    return _go_back(F, points, fitted, normals)

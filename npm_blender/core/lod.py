@@ -3,8 +3,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .border import follow_border
 from .decimate import Decimation, decimate
-from .fit import fit
+from .fit import fit, upright
 from .mesh import TriMesh
 from .progress import Progress, no_progress, part
 from .relax import relax
@@ -110,8 +111,9 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, 
     """Map the vertices of the `levels` times subdivided base onto the input surface, and fit them to it.
 
     order renumbers the base first; fitted: False leaves the vertices where the map puts them. Vertices and faces are
-    numbered as in `subdivide.hierarchy`. Border vertices of the subdivided base lie on the border of the input. Faces
-    that the sampling turned over are relaxed (see `relax`). Raises whatever `progress` raises.
+    numbered as in `subdivide.hierarchy`. Border vertices of the subdivided base lie on the border of the input, where they
+    keep its length best (see `border`). Faces that the sampling turned over are relaxed (see `relax`), and the fit turns
+    over no more. Raises whatever `progress` raises.
     """
     progress(0.0, MESSAGE)
     mesh, V0, F0 = decimation.mesh, decimation.V0, decimation.F0
@@ -124,17 +126,19 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, 
     finest = connectivity[-1]
     face, b = map_points(decimation, finest, level_corners(levels), old_face, turn, part(progress, 0.0, 0.6))
     normals = vertex_normals(mesh)
-    face[:finest.n], b[:finest.n] = relax(mesh, decimation.opposite, normals, connectivity, face[:finest.n], b[:finest.n])
+    n = finest.n
+    follow_border(mesh, decimation.opposite, connectivity, face[:n], b[:n])
+    face, b = relax(mesh, decimation.opposite, normals, connectivity, face, b)
     S = np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]])
     planes = mesh.face_normals()[face]
-    V, n = S[:finest.n], finest.n
-    face, b = face[:n], b[:n]
-    if fitted:
-        V = fit(finest, V, planes[:n], S[n:], planes[n:], part(progress, 0.6, 1.0))
-    progress(1.0, MESSAGE)
+    V, middle, face, b = S[:n], S[n:], face[:n], b[:n]
     N = np.einsum("nk,nkd->nd", b, normals[mesh.F[face]])
     length = np.linalg.norm(N, axis=1, keepdims=True)
     N = np.where(length > 1e-9, N / np.maximum(length, 1e-300), planes[:n])
+    if fitted:
+        X = fit(finest, V, planes[:n], middle, planes[n:], part(progress, 0.6, 1.0))
+        V = upright(connectivity, V, X, N)
+    progress(1.0, MESSAGE)
     return LodSequence(V0, F0, V, N, face, b, levels, decimation.message)
 
 

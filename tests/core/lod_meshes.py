@@ -53,6 +53,20 @@ def sheet(rows: int = 21, columns: int = 31, noise: float = 0.0, seed: int = 0, 
     return _unit(np.stack([x, y, z], -1).reshape(-1, 3), _grid_faces(rows, columns, False, False), noise, seed)
 
 
+def plate(n: int = 24, thickness: float = 0.008) -> TriMesh:
+    """A wavy plate far thinner than the faces of its base: two sheets and a rim."""
+    y, x = np.meshgrid(np.linspace(0, 1, n), np.linspace(0, 1, n), indexing="ij")
+    z = 0.03 * np.sin(9 * x) * np.cos(8 * y)
+    V = np.concatenate([np.stack([x, y, z + side * thickness / 2], -1).reshape(-1, 3) for side in (1, -1)])
+    F = _grid_faces(n, n, False, False)
+    edges = np.concatenate([F[:, [0, 1]], F[:, [1, 2]], F[:, [2, 0]]])
+    known = set(map(tuple, edges.tolist()))
+    a, b = np.array([e for e in edges.tolist() if (e[1], e[0]) not in known]).T
+    k = n * n
+    rim = np.concatenate([np.stack([b, a, a + k], 1), np.stack([b, a + k, b + k], 1)])
+    return _unit(V, np.concatenate([F, F[:, ::-1] + k, rim]))
+
+
 def tube(rows: int = 20, columns: int = 30, noise: float = 0.0, seed: int = 0) -> TriMesh:
     """A cylinder without lids: two border loops."""
     z, u = np.meshgrid(np.linspace(0, 2, rows), np.arange(columns) * 2 * np.pi / columns, indexing="ij")

@@ -69,3 +69,13 @@ def test_every_border_loop_keeps_its_length_and_place(name):
     # the other way: no corner of the rim is cut off
     back = Surface(TriMesh(fine.V, fine_edges[:, [0, 1, 1]].astype(np.int32)))
     assert back.closest(unit.V[edges[:, 0]])[0].max() < 0.01
+
+
+@pytest.mark.parametrize("lobes, base_faces, tolerance", [(14, 80, 0.001), (20, 120, 0.001), (30, 100, 0.01)])
+def test_a_loop_with_more_corners_than_the_base_keeps_its_length(lobes, base_faces, tolerance):
+    m = ring(n=10 * lobes, radius=lambda w: 1 + 0.1 * (np.arange(len(w)) % 10 < 5))
+    unit = TriMesh(Frame.of(m.V).to_unit(m.V), m.F)
+    lod = build_lod(unit, LodSettings(base_faces=base_faces, levels=3))
+    fine = TriMesh(lod.V, hierarchy(lod.F0, len(lod.V0), 3)[-1].F)
+    there, here = (np.linalg.norm(np.subtract(*m.V[border_loops(m)[0].T]), axis=1).sum() for m in (fine, unit))
+    assert there == pytest.approx(here, rel=tolerance)

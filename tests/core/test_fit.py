@@ -7,7 +7,7 @@ from npm_blender.core.mesh import TriMesh
 from npm_blender.core.metrics import Original
 from npm_blender.core.subdivide import hierarchy
 
-from .lod_meshes import block, sheet, sphere, torus
+from .lod_meshes import block, plate, sheet, sphere, torus
 
 
 def pair(mesh, base_faces=100, depth=2):
@@ -45,6 +45,16 @@ def test_no_face_turns_over_that_the_sampling_left_upright(noise):
     _, sampled, fitted = pair(torus(noise=noise), 100, 3)
     cosine = (sampled.face_normals() * fitted.face_normals()).sum(1)
     assert (cosine < 0).mean() < 0.002
+
+
+@pytest.mark.parametrize("mesh", [torus(noise=0.01), plate(), block()], ids=["rough torus", "thin plate", "block"])
+def test_the_fit_turns_over_no_face_that_the_map_leaves_upright(mesh):
+    d = decimate(mesh, 100)
+    sampled, fitted = levels(d, 3, fitted=False), levels(d, 3)
+    for level in hierarchy(d.F0, len(d.V0), 3)[1:]:
+        N = sampled.N[level.F].sum(1)
+        before, after = ((TriMesh(lod.V[:level.n], level.F).face_normals() * N).sum(1) for lod in (sampled, fitted))
+        assert not ((before > 1e-9) & (after < -1e-9)).any()
 
 
 def test_a_surface_that_the_level_meets_exactly_is_left_alone():

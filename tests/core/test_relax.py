@@ -4,11 +4,13 @@ import pytest
 from npm_blender.core.decimate import decimate
 from npm_blender.core.lod import levels, vertex_normals
 from npm_blender.core.mesh import TriMesh
-from npm_blender.core.relax import Surface, relax, walk
+from npm_blender.core.metrics import Original
+from npm_blender.core.relax import relax
 from npm_blender.core.subdivide import Level, hierarchy
 from npm_blender.core.topology import opposite_halfedges
+from npm_blender.core.walk import Surface, walk
 
-from .lod_meshes import sheet, sphere, torus, tube
+from .lod_meshes import plate, sheet, sphere, torus, tube
 
 
 def surface_of(mesh):
@@ -84,6 +86,30 @@ def test_folded_samples_are_unfolded_and_the_rest_stays():
 def test_noisy_surfaces_have_few_turned_faces(shape):
     lod = levels(decimate(shape(noise=0.002), 60), 3)
     assert turned(lod) <= 0.001 * 84 * 60
+
+
+@pytest.mark.parametrize("mesh, base_faces", [(plate(), 100), (sheet(noise=0.01), 60)], ids=["thin plate", "rough sheet"])
+def test_hard_surfaces_have_few_turned_faces_on_every_level(mesh, base_faces):
+    lod = levels(decimate(mesh, base_faces), 3)
+    assert turned(lod) <= 0.001 * 84 * len(lod.F0)
+
+
+def test_relaxing_does_not_lift_the_faces_off_the_surface(monkeypatch):
+    mesh = plate()
+    d = decimate(mesh, 100)
+    finest = hierarchy(d.F0, len(d.V0), 3)[-1]
+    relaxed = levels(d, 3, fitted=False)
+    monkeypatch.setattr("npm_blender.core.lod.relax", lambda m, o, n, c, face, b: (face, b))
+    plain = levels(d, 3, fitted=False)
+    assert turned(relaxed) < 0.2 * turned(plain)
+    before, after = (Original(mesh, 5000).evaluate(TriMesh(lod.V, finest.F)) for lod in (plain, relaxed))
+    assert after.d_pm <= 1.01 * before.d_pm and after.d_normal < before.d_normal
+
+
+def test_the_same_points_on_every_run():
+    d = decimate(plate(), 100)
+    one, two = levels(d, 3), levels(d, 3)
+    assert np.array_equal(one.V, two.V) and np.array_equal(one.source_face, two.source_face)
 
 
 def test_border_vertices_do_not_move():

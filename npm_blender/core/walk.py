@@ -1,0 +1,109 @@
+"""Straight walks over a triangle mesh: how the vertices of the levels move on the input surface."""
+from typing import NamedTuple
+
+import numpy as np
+
+from .jit import compiled
+
+_STEPS = 200  # faces that one walk may cross
+
+
+class Surface(NamedTuple):
+    """The input: V (n, 3), F (m, 3) int32, opposite (3 m,) int32, vertex normals N (n, 3)."""
+
+    V: np.ndarray
+    F: np.ndarray
+    opposite: np.ndarray
+    N: np.ndarray
+
+
+class Points(NamedTuple):
+    """Points on a surface: face (n,) int32 and barycentric b (n, 3); their positions P and unit normals N (n, 3)."""
+
+    face: np.ndarray
+    b: np.ndarray
+    P: np.ndarray
+    N: np.ndarray
+
+
+@compiled
+def _axes(V, a, b, c):
+    """Unit vector along the edge a -> b, and the unit normal to it in the plane of a, b, c, on the side of c."""
+    ex, ey, ez = V[b, 0] - V[a, 0], V[b, 1] - V[a, 1], V[b, 2] - V[a, 2]
+    r = 1.0 / (np.sqrt(ex * ex + ey * ey + ez * ez) + 1e-300)
+    ex, ey, ez = ex * r, ey * r, ez * r
+    ux, uy, uz = V[c, 0] - V[a, 0], V[c, 1] - V[a, 1], V[c, 2] - V[a, 2]
+    along = ux * ex + uy * ey + uz * ez
+    ux, uy, uz = ux - along * ex, uy - along * ey, uz - along * ez
+    r = 1.0 / (np.sqrt(ux * ux + uy * uy + uz * uz) + 1e-300)
+    return ex, ey, ez, ux * r, uy * r, uz * r
+
+
+@compiled
+def walk(surface, f, b, x, y, z):
+    """Move the point (face f, barycentrics b) straight over the surface by (x, y, z), unfolding edges; b changes.
+
+    Returns the new face. Stops at the border, at a face without area, and after _STEPS faces.
+    """
+    V, F = surface.V, surface.F
+    for _ in range(_STEPS):
+        i, j, k = F[f, 0], F[f, 1], F[f, 2]
+        ex, ey, ez = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
+        gx, gy, gz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
+        ee, eg, gg = ex * ex + ey * ey + ez * ez, ex * gx + ey * gy + ez * gz, gx * gx + gy * gy + gz * gz
+        det = ee * gg - eg * eg
+        if not det > 1e-12 * ee * gg:
+            return f
+        de, dg = x * ex + y * ey + z * ez, x * gx + y * gy + z * gz
+        s, t = (gg * de - eg * dg) / det, (ee * dg - eg * de) / det
+        x, y, z = s * ex + t * gx, s * ey + t * gy, s * ez + t * gz
+        reach, side = 1.0, -1
+        for c in range(3):
+            step = -s - t if c == 0 else (s if c == 1 else t)
+            if step < 0.0 and b[c] + step < 0.0 and -b[c] / step <= reach:
+                reach, side = max(-b[c] / step, 0.0), c
+        b[0], b[1], b[2] = max(b[0] - reach * (s + t), 0.0), max(b[1] + reach * s, 0.0), max(b[2] + reach * t, 0.0)
+        if side >= 0:
+            b[side] = 0.0
+        total = b[0] + b[1] + b[2]
+        b[0], b[1], b[2] = b[0] / total, b[1] / total, b[2] / total
+        if side < 0:
+            return f
+        near, far = (side + 1) % 3, (side + 2) % 3
+        h = 3 * f + near
+        o = surface.opposite[h]
+        if o == h:
+            return f
+        g, at = o // 3, o % 3
+        ex, ey, ez, ux, uy, uz = _axes(V, F[f, near], F[f, far], F[f, side])
+        _, _, _, vx, vy, vz = _axes(V, F[f, near], F[f, far], F[g, (at + 2) % 3])
+        along, across = x * ex + y * ey + z * ez, -(x * ux + y * uy + z * uz)
+        along, across = along * (1.0 - reach), across * (1.0 - reach)
+        x, y, z = along * ex + across * vx, along * ey + across * vy, along * ez + across * vz
+        c0, c1 = b[near], b[far]
+        b[at], b[(at + 1) % 3], b[(at + 2) % 3] = c1, c0, 0.0
+        f = g
+    return f
+
+
+@compiled
+def show(surface, points, v, f, b):
+    """Set the position and normal of point v to those of (face f, barycentrics b), but leave its face as it is."""
+    i, j, k = surface.F[f, 0], surface.F[f, 1], surface.F[f, 2]
+    P, N = points.P, points.N
+    size = 0.0
+    for c in range(3):
+        P[v, c] = b[0] * surface.V[i, c] + b[1] * surface.V[j, c] + b[2] * surface.V[k, c]
+        N[v, c] = b[0] * surface.N[i, c] + b[1] * surface.N[j, c] + b[2] * surface.N[k, c]
+        size += N[v, c] * N[v, c]
+    size = 1.0 / (np.sqrt(size) + 1e-300)
+    for c in range(3):
+        N[v, c] *= size
+
+
+@compiled
+def move(surface, points, v, f, b):
+    """Put point v at (face f, barycentrics b)."""
+    points.face[v] = f
+    points.b[v, 0], points.b[v, 1], points.b[v, 2] = b[0], b[1], b[2]
+    show(surface, points, v, f, b)
