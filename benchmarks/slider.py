@@ -6,11 +6,10 @@
 
 Without STREAM, the demo's (out/demo/sculpt.npmesh; `make demo`). Without a window, a position counts from setting the
 property until the mesh is there and evaluated; in one, until it has been drawn, beside an ordinary mesh that is changed
-and drawn in the same way (slider_window.py). Prints one JSON object: medians in milliseconds of the clock, and for new
-prefixes of the processor too, which is what one waits on an idle machine (OMP_NUM_THREADS=1: of one thread); `slow` is what
-one move in ten is slower than, `own` what the extension's code takes. Memory is what the process holds after a round there
-and back, garbage collected and free memory handed back, from the second round on: the first fills what is kept of
-recent positions.
+and drawn in the same way (slider_window.py). Prints one JSON object: medians in milliseconds of the clock; `slow` is what
+one move in ten is slower than; `processor` and `own` are processor time (OMP_NUM_THREADS=1: of one thread), which is what
+one waits on an idle machine, `own` of the extension alone. Memory is what the process holds after a round there and back,
+garbage collected and free memory handed back, from the second round on: the first fills what is kept of recent positions.
 """
 import ctypes
 import gc

@@ -33,7 +33,7 @@ def network_level(params: dict, level: int) -> dict:
 
 class Step(NamedTuple):
     """What the network says of the next level, before offsets: old (n, 3) and middle (e, 3), the vertices and the midpoints
-    of the edges; normal (e, 3) of the edges, along which offsets move; hidden (3 m, C), None where nothing reads it."""
+    of the edges; normal (e, 3) of the edges, along which offsets move; hidden (3 m, C)."""
 
     old: object
     middle: object
@@ -45,12 +45,10 @@ class Step(NamedTuple):
         return B.concat([self.old, self.middle if offsets is None else self.middle + self.normal * offsets], 0)
 
 
-def predict(B, params: dict, level: int, V, hidden, f, meshes: list) -> Step:
-    """From a level to the next: V (n, 3) and f (m, 8) of the level; hidden (3 m', C) of the step before, None for the
-    first; meshes: MeshIndex of the levels up to this one."""
-    mesh, step = meshes[level], network_level(params, level)
-    if level:
-        hidden = bilinear_upsample(B, hidden, meshes[level - 1].opposite, network_level(params, level - 1)["up"])
+def predict(B, params: dict, level: int, V, hidden, f, mesh: MeshIndex) -> Step:
+    """From a level to the next: V (n, 3), f (m, 8) and mesh of the level; hidden (3 m, C): what `handed_down` made of the
+    step before, None for the first."""
+    step = network_level(params, level)
     g = geometry_features(B, V, mesh)
     s = feature_slots(B, f)
     x = B.concat([g, s] if hidden is None else [hidden, g, s], 1)
@@ -59,6 +57,11 @@ def predict(B, params: dict, level: int, V, hidden, f, meshes: list) -> Step:
     offset = two_face_linear(B, B.concat([y, g, s], 1), mesh.opposite, step["displace"])
     middle, corner = B.split(offset, [3, 3])
     return Step(moved_vertices(B, V, corner, mesh), *displaced_midpoints(B, V, middle, mesh), y)
+
+
+def handed_down(B, params: dict, level: int, hidden, mesh: MeshIndex):
+    """Hidden features (3 m, C) of the step from a level, with the level's mesh, for the step after it: (12 m, C')."""
+    return bilinear_upsample(B, hidden, mesh.opposite, network_level(params, level)["up"])
 
 
 def displaced_midpoints(B, V, offset, mesh: MeshIndex):
@@ -88,8 +91,10 @@ def decode(B, params: dict, V0, features: list, meshes: list, offsets: list | No
     Returns the list of vertex arrays V^1..V^L, each (n_i, 3).
     """
     V, hidden, out = V0, None, []
-    for i, (f, _) in enumerate(zip(features, meshes, strict=True)):
-        step = predict(B, params, i, V, hidden, f, meshes)
+    for i, (f, mesh) in enumerate(zip(features, meshes, strict=True)):
+        if i:
+            hidden = handed_down(B, params, i - 1, hidden, meshes[i - 1])
+        step = predict(B, params, i, V, hidden, f, mesh)
         V, hidden = step.vertices(B, None if offsets is None else offsets[i]), step.hidden
         out.append(V)
     return out

@@ -6,7 +6,7 @@ import numpy as np
 
 from . import weights as weight_file
 from .backend import NUMPY
-from .decoder import EDGES, FEATURES, Step, predict
+from .decoder import EDGES, FEATURES, Step, handed_down, predict
 from .errors import SettingsError, WeightsError
 from .header import Stream
 from .mesh import Frame, TriMesh
@@ -101,10 +101,14 @@ class ProgressiveMesh:
             known = self._steps[i]
             if known is None or known[0] != seen:
                 below = self._steps[i - 1][1].hidden if i else None
-                step = predict(NUMPY, self._params, i, out[i], below, self._latents(features, i), self._meshes)
-                known = self._steps[i] = seen, step._replace(hidden=step.hidden if i + 1 < self.levels else None)
+                step = predict(NUMPY, self._params, i, out[i], below, self._latents(features, i), self._meshes[i])
+                known = self._steps[i] = seen, step._replace(hidden=self._handed_down(i, step.hidden))
             out.append(known[1].vertices(NUMPY, self._offsets(features, i) if self.header.passes else None))
         return out
+
+    def _handed_down(self, level: int, hidden: np.ndarray) -> np.ndarray | None:
+        """What the step from `level` leaves for the next one, if there is one."""
+        return handed_down(NUMPY, self._params, level, hidden, self._meshes[level]) if level + 1 < self.levels else None
 
     def _latents(self, features: int, level: int) -> np.ndarray:
         """Latents (m, 8) of the faces of a level, zero where none is among the first `features`."""

@@ -20,6 +20,7 @@ from . import source_addon
 ROOT = Path(os.environ.get("NPM_ROOT", Path.cwd()))
 PACKAGE = source_addon.enable(ROOT)
 TICK_SECONDS = 0.01
+STALL_SECONDS = 0.06  # of the window's own thread, beyond drawing, are what a user may notice
 Check = Generator[float, None, None]
 gaps: list[float] = []  # seconds between two ticks, beyond TICK_SECONDS, since someone cleared it
 busy: list[float] = []  # seconds of the window's own thread between two ticks, whatever else keeps the cores busy

@@ -8,6 +8,7 @@ import bpy
 
 from .window_driver import (
     PACKAGE,
+    STALL_SECONDS,
     active,
     busy,
     compressed,
@@ -15,7 +16,6 @@ from .window_driver import (
     gaps,
     in_viewport,
     leftovers,
-    modal_operators,
     module,
     redraw_stall,
     say,
@@ -24,8 +24,6 @@ from .window_driver import (
     until,
     until_idle,
 )
-
-STALL_SECONDS = 0.06
 
 
 def check_compressing_keeps_the_window_alive():
@@ -74,25 +72,6 @@ def check_the_longest_stall_of_100k_faces():
         f"{1000 * spent:.0f}; while it ran {1000 * running:.0f}, {1000 * running_busy:.0f}; at its end "
         f"{1000 * max(gaps):.0f}, {1000 * max(busy):.0f}; drawing alone {1000 * redraw:.0f}, {1000 * drawing:.0f}")
     assert max(spent, running_busy - drawing, max(busy) - drawing) <= STALL_SECONDS, "the window stands still for too long"
-
-
-def check_the_first_colours_of_328k_faces():
-    """The deviation from a large original: as for a job."""
-    fresh_object(8)
-    start_compressing()
-    yield from until(lambda: not module("jobs").running() and not modal_operators(), 400)
-    obj = active()
-    assert len(obj.npmesh.source.data.polygons) == 327_680
-    yield 1.0
-    busy.clear()
-    yield from redraw_stall()
-    drawing = max(busy)
-    busy.clear()
-    obj.npmesh.show_deviation = True
-    yield from until(lambda: "Deviation" in obj.data.color_attributes)
-    yield 0.5
-    say(f"  the longest stall of the window's own thread was {1000 * max(busy):.0f} ms, drawing alone {1000 * drawing:.0f}")
-    assert max(busy) - drawing <= STALL_SECONDS, "the window stands still for too long"
 
 
 def several_objects(subdivisions: int) -> list[str]:
