@@ -8,7 +8,7 @@ from . import features as ordering
 from .decoder import FEATURES
 from .header import Header
 from .mesh import Frame
-from .stream import read_stream, write_stream
+from .stream import write_stream
 from .subdivide import Level
 from .weights import Weights
 
@@ -68,16 +68,10 @@ class Contents:
 
         A budget that is less than the base mesh is exceeded by it.
         """
-        data = self.stream()
-        features, ends = read_stream(data).packet_ends
-        count = int(features[-1])
-        if not budget or len(data) <= budget:
-            return data, count
-        fits, beyond = 0, count  # packets are whole, the last one is as long as it is made
-        if (ends <= budget).any():
-            at = int(np.searchsorted(ends, budget, side="right")) - 1
-            fits, beyond = int(features[at]), int(features[at + 1])
-        best = self.stream(fits)
+        best, count = self.stream(), len(self.order) + sum(len(p.order) for p in self.passes)
+        if not budget or len(best) <= budget:
+            return best, count
+        fits, beyond, best = 0, count, self.stream(0)
         while beyond - fits > 1:
             middle = (fits + beyond) // 2
             data = self.stream(middle)
