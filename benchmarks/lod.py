@@ -188,7 +188,8 @@ def main() -> None:
         "levels. d_pm, d_reverse: unit cube x 1e-4; d_normal: degrees; seconds of one thread.",
         "",
         *validity(rows), "",
-        "The floor, geometric means over the val split" + (f", every {every}th mesh in order of size:" if every > 1 else ":"), "", *floor(rows), "",
+        "The floor, geometric means over the val split" + (f", every {every}th mesh in order of size:" if every > 1 else ":"),
+        "", *floor(rows), "",
         *cost(), "",
     ]
     print("\n".join(page))

@@ -128,7 +128,7 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, 
     normals = vertex_normals(mesh)
     n = finest.n
     follow_border(mesh, decimation.opposite, connectivity, face[:n], b[:n])
-    face, b = relax(mesh, decimation.opposite, normals, connectivity, face, b)
+    face, b = relax(mesh, decimation.opposite, normals, connectivity, face, b, part(progress, 0.6, 0.65))
     S = np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]])
     planes = mesh.face_normals()[face]
     V, middle, face, b = S[:n], S[n:], face[:n], b[:n]
@@ -136,7 +136,7 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, 
     length = np.linalg.norm(N, axis=1, keepdims=True)
     N = np.where(length > 1e-9, N / np.maximum(length, 1e-300), planes[:n])
     if fitted:
-        X = fit(finest, V, planes[:n], middle, planes[n:], part(progress, 0.6, 1.0))
+        X = fit(finest, V, planes[:n], middle, planes[n:], part(progress, 0.65, 1.0))
         V = upright(connectivity, V, X, N)
     progress(1.0, MESSAGE)
     return LodSequence(V0, F0, V, N, face, b, levels, decimation.message)

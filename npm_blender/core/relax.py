@@ -8,6 +8,7 @@ import numpy as np
 
 from .jit import compiled
 from .mesh import TriMesh
+from .progress import Progress, no_progress
 from .shake import Work, shake
 from .subdivide import Level
 from .unfold import MARGIN, Rings, cosine, improve
@@ -16,6 +17,8 @@ from .walk import Points, Surface, move, show, walk
 PASSES = 12
 SHAKES = (4, 8, 16)  # trials for a face, in the rounds of shaking
 TRIALS = 4000  # of shaking in all: bounds the time that a hopeless mesh takes
+SLICE = 100  # trials between two calls of `progress`, some tenths of a second at most
+MESSAGE = "Unfolding the levels"
 
 
 def rings_of(levels: list[Level]) -> Rings:
@@ -79,35 +82,27 @@ def _steps(surface, rings, points, levels, passes, work):
 
 
 @compiled
-def _shakes(surface, rings, points, levels, trials, work):
-    """Shake every turned face of the first `levels` levels once; True if that mended any."""
-    gained = False
-    for level in range(levels):
-        for f in range(rings.first[level], rings.first[level + 1]):
-            if cosine(rings.F, points.P, points.N, f) <= MARGIN:
-                gained |= shake(surface, rings, points, f, level, levels, trials, work)
-    return gained
-
-
-@compiled
-def _relax(surface, rings, points, edges, passes, budget, work):
-    """Relax in place; edges (e, 2): ends of the edges that the points behind the vertices halve."""
-    start = points.P.copy()
-    levels = len(rings.out)
-    work.state[2] = budget
-    for trials in SHAKES:
-        _steps(surface, rings, points, levels, passes, work)
-        _shakes(surface, rings, points, levels, trials, work)
-    _halve(surface, rings, points, start, edges, work.w, work.where)
+def _shakes(surface, rings, points, at, most, trials, work):
+    """Shake the turned faces from number `at` on, `most` trials at most; the number of the next face, or that of all."""
+    levels, level = len(rings.out), 0
+    least = work.state[2] - most
+    for f in range(at, rings.first[levels]):
+        while f >= rings.first[level + 1]:
+            level += 1
+        if cosine(rings.F, points.P, points.N, f) <= MARGIN:
+            shake(surface, rings, points, f, level, levels, trials, work)
+            if work.state[2] <= least:
+                return f + 1
+    return rings.first[levels]
 
 
 def relax(mesh: TriMesh, opposite: np.ndarray, normals: np.ndarray, levels: list[Level], face: np.ndarray,
-          barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+          barycentric: np.ndarray, progress: Progress = no_progress) -> tuple[np.ndarray, np.ndarray]:
     """Relaxed points (face (n + e,) int32, barycentric (n + e, 3)) on the mesh of the finest of `levels`.
 
     The first n are its vertices; the rest, which may be missing, the middles of its edges: they follow ends that moved.
     opposite (3 m,): opposite half-edges of the mesh; normals (n, 3): its vertex normals. Border vertices stay.
-    Deterministic, in bounded time.
+    Deterministic, in bounded time. Raises whatever `progress` raises.
     """
     surface = Surface(mesh.V, mesh.F, opposite, normals)
     face, b = face.copy(), barycentric.copy()
@@ -117,5 +112,13 @@ def relax(mesh: TriMesh, opposite: np.ndarray, normals: np.ndarray, levels: list
     N /= np.linalg.norm(N, axis=1, keepdims=True) + 1e-300
     rings = rings_of(levels)
     work = Work.make(len(P), len(rings.F))
-    _relax(surface, rings, Points(face, b, P, N), levels[-1].edges[:len(face) - levels[-1].n], PASSES, TRIALS, work)
+    points, start = Points(face, b, P, N), P.copy()
+    work.state[2] = TRIALS
+    for trials in SHAKES:
+        _steps(surface, rings, points, len(rings.out), PASSES, work)
+        at = 0
+        while at < len(rings.F) and work.state[2] > 0:
+            progress(1 - work.state[2] / TRIALS, MESSAGE)
+            at = _shakes(surface, rings, points, at, SLICE, trials, work)
+    _halve(surface, rings, points, start, levels[-1].edges[:len(face) - levels[-1].n], work.w, work.where)
     return face, b

@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 
 from npm_blender.core.decimate import decimate
+from npm_blender.core.errors import Cancelled
 from npm_blender.core.lod import levels, vertex_normals
 from npm_blender.core.mesh import TriMesh
 from npm_blender.core.metrics import Original
-from npm_blender.core.relax import relax
+from npm_blender.core.relax import MESSAGE, relax
 from npm_blender.core.subdivide import Level, hierarchy
 from npm_blender.core.topology import opposite_halfedges
 from npm_blender.core.walk import Surface, walk
@@ -99,7 +100,7 @@ def test_relaxing_does_not_lift_the_faces_off_the_surface(monkeypatch):
     d = decimate(mesh, 100)
     finest = hierarchy(d.F0, len(d.V0), 3)[-1]
     relaxed = levels(d, 3, fitted=False)
-    monkeypatch.setattr("npm_blender.core.lod.relax", lambda m, o, n, c, face, b: (face, b))
+    monkeypatch.setattr("npm_blender.core.lod.relax", lambda m, o, n, c, face, b, progress: (face, b))
     plain = levels(d, 3, fitted=False)
     assert turned(relaxed) < 0.2 * turned(plain)
     before, after = (Original(mesh, 5000).evaluate(TriMesh(lod.V, finest.F)) for lod in (plain, relaxed))
@@ -110,6 +111,21 @@ def test_the_same_points_on_every_run():
     d = decimate(plate(), 100)
     one, two = levels(d, 3), levels(d, 3)
     assert np.array_equal(one.V, two.V) and np.array_equal(one.source_face, two.source_face)
+
+
+def test_a_surface_that_takes_long_can_be_cancelled_and_slices_change_nothing(monkeypatch):
+    d = decimate(plate(), 100)
+    one, seen = levels(d, 3), []
+    monkeypatch.setattr("npm_blender.core.relax.SLICE", 3)
+    two = levels(d, 3, progress=lambda fraction, message: seen.append(fraction) if message == MESSAGE else None)
+    assert np.array_equal(one.V, two.V) and len(seen) > 10 and all(0.6 <= fraction <= 0.65 for fraction in seen)
+
+    def cancel(fraction, message):
+        if message == MESSAGE and fraction > 0.6:
+            raise Cancelled("enough")
+
+    with pytest.raises(Cancelled):
+        levels(d, 3, progress=cancel)
 
 
 def test_border_vertices_do_not_move():
