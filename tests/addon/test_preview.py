@@ -1,4 +1,6 @@
 """The preview: what its mesh shows is exactly what the core decodes, whatever the user does with the properties."""
+import threading
+
 import bpy
 import numpy as np
 import pytest
@@ -204,3 +206,19 @@ def test_nothing_changes_in_edit_mode(opened):
     opened.npmesh.features = 6
     bpy.ops.object.mode_set(mode="OBJECT")
     assert opened.data["npmesh_shown"].endswith(":5")
+
+
+def test_work_in_a_thread_gives_its_result_or_its_error(part):
+    def run(work):
+        steps = part("preview.threads").in_thread(work)
+        while True:
+            try:
+                next(steps)
+            except StopIteration as end:
+                return end.value
+
+    caller = threading.get_ident()
+    assert run(threading.get_ident) != caller
+    with pytest.raises(ZeroDivisionError):
+        run(lambda: 1 // 0)
+    assert run(lambda: np.arange(3).sum()) == 3 and threading.get_ident() == caller

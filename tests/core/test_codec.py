@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from npm_blender.core import codec
+from npm_blender.core import codec, progressive
 from npm_blender.core.codec import compress, open_stream
 from npm_blender.core.errors import Cancelled, DependencyError, MeshError, SettingsError, StreamError
 from npm_blender.core.mesh import TriMesh
@@ -89,6 +89,29 @@ def test_levels_do_not_depend_on_what_was_decoded_before():
         mesh = opened.decode(100, level)
         assert len(mesh.F) == opened.faces_at(level) == opened.base_faces * 4**level
         assert (mesh.V == open_stream(stream("closed").data).decode(100, level).V).all()
+
+
+def test_stops_in_any_order_decode_as_a_fresh_stream_does():
+    opened = open_stream(stream("torus").data)
+    rng = np.random.default_rng(5)
+    for k in [*rng.integers(0, opened.features + 1, 6), *range(opened.features - 3, opened.features), 41, 0]:
+        level = int(rng.integers(1, opened.levels + 1))
+        assert np.array_equal(opened.decode(int(k), level).V, open_stream(stream("torus").data).decode(int(k), level).V)
+
+
+def test_only_steps_that_see_a_change_are_done_again(monkeypatch):
+    opened = open_stream(stream("torus").data)
+    groups = opened._group
+    finest = int(np.flatnonzero((groups >= opened.levels) & (groups % opened.levels == opened.levels - 1))[-1])
+    done = []
+    predict = progressive.predict
+    monkeypatch.setattr(progressive, "predict", lambda *given: done.append(given[2]) or predict(*given))
+    before = opened.decode(finest)
+    assert done == list(range(opened.levels))
+    after = opened.decode(finest + 1)
+    assert done == list(range(opened.levels)) and (before.V != after.V).any()
+    opened.decode(0)
+    assert done == 2 * list(range(opened.levels))
 
 
 @pytest.mark.parametrize("levels", [1, 2, 4])
