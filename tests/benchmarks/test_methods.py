@@ -5,6 +5,7 @@ import pytest
 
 from benchmarks.methods import METHODS, drc, load, qslim, schemes, search, subdivfit
 from benchmarks.methods.case import Case
+from npm_blender.core.settings import CompressSettings
 from npm_blender.core.surface import Surface
 from tests.shapes import bumpy, grid
 
@@ -38,6 +39,18 @@ def test_bytes_fit_and_more_of_them_are_better(name, shape, request):
     if small:  # Draco alone cannot get there
         assert small.bytes <= BUDGETS[0]
         assert case.d_pm(large.mesh) < case.d_pm(small.mesh)
+
+
+def test_ours_with_a_size_makes_a_file_for_each_budget():
+    case = Case.of("closed", bumpy(4), 10_000, CompressSettings(refine_steps=0))
+    budgets = (350, 1_000, 4_000, 10**6, 10**7)
+    least, small, large, most, again = load("ours_sized").at_bytes(case, budgets)
+    assert least is None or least.bytes <= 350
+    assert 900 < small.bytes <= 1_000 and 3_600 < large.bytes <= 4_000
+    assert case.d_pm(small.mesh) > case.d_pm(large.mesh)
+    assert int(small.label.split()[0]) <= 423 < int(large.label.split()[0])
+    assert most.label.endswith("everything") and again is most
+    assert f"{len(case.mesh.F)} faces" in most.label
 
 
 @pytest.mark.parametrize("name", ["qslim", "fast_quadric"])

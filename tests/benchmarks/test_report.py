@@ -10,7 +10,7 @@ from benchmarks.corpus import Entry
 from benchmarks.methods.case import BUDGETS
 from benchmarks.results import COLUMNS, Results, write_json
 
-NAMES = {"ours": "ours", "qslim_draco": "QSlim + Draco", "qslim": "QSlim"}
+NAMES = {"ours": "ours", "ours_sized": "sized", "qslim_draco": "QSlim + Draco", "qslim": "QSlim"}
 
 
 def line(mesh, table, d_pm, **more):
@@ -55,6 +55,14 @@ def test_a_failure_is_listed_and_is_no_figure(made):
 def test_the_paragraph_says_where_we_lose(made):
     text = losses.paragraph(made)
     assert "1 kB 50 % and 0 % (our d_pm is 1.00 of its); 2 kB 100 % and 0 % (our d_pm is 2.83 of its)" in text
+
+
+def test_the_paragraph_compares_files_made_for_their_size(made):
+    assert losses.sized(made) == ""
+    sized = [line("a", "bytes", {1000: 2.0}), line("b", "bytes", {1000: 2.0})]
+    peer = [line("a", "bytes", {1000: 4.0}), line("b", "bytes", {1000: 1.0})]
+    found = results(ours_sized=sized, qslim_draco=peer)
+    assert "1 kB 1.00 of QSlim + Draco's, farther on 50 % of 2 meshes" in losses.sized(found)
 
 
 def test_the_byte_table_has_every_method_and_says_of_how_few_meshes(made):
