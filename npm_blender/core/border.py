@@ -11,6 +11,7 @@ from .mesh import TriMesh
 from .subdivide import Level
 
 STAY = 1e-3  # price of sliding, in lengths of the polyline for each length slid: a straight border stays as it is
+MOST = 2000  # places tried for the vertices of a base edge; the time grows with their square
 GAP = 0.1  # least distance of neighbours along the loop, in shares of the least before
 
 
@@ -34,6 +35,14 @@ def _halfedge_points(F: np.ndarray, out: np.ndarray, opposite: np.ndarray, face:
         here = (half < 0) & (b[:, s] == 1)
         half[here] = out[F[face[here], s]]
     return half, share
+
+
+def _few(count: int) -> np.ndarray:
+    """Which of `count` candidates are tried, (count,) bool: all, or some MOST spread evenly, the first and last included."""
+    keep = np.zeros(count, bool)
+    keep[:: -(-count // MOST)] = True
+    keep[-1] = True
+    return keep
 
 
 @compiled
@@ -133,6 +142,7 @@ def follow_border(mesh: TriMesh, opposite: np.ndarray, levels: list[Level], face
         at = np.concatenate([along, own])
         order = np.argsort(at, kind="stable")
         order = np.concatenate([[0], order[(order != 0) & (order != inner - 1)], [inner - 1]])
+        order = order[_few(len(order)) | (order >= inner)]
         _choose(X[order], at[order], places[:-2], places[2:], own, GAP * steps.min(), room,
                 np.empty((count + 1, len(order))), np.zeros((count + 1, len(order)), np.int64))
         chosen = order[room]

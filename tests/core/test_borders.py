@@ -79,3 +79,33 @@ def test_a_loop_with_more_corners_than_the_base_keeps_its_length(lobes, base_fac
     fine = TriMesh(lod.V, hierarchy(lod.F0, len(lod.V0), 3)[-1].F)
     there, here = (np.linalg.norm(np.subtract(*m.V[border_loops(m)[0].T]), axis=1).sum() for m in (fine, unit))
     assert there == pytest.approx(here, rel=tolerance)
+
+
+def test_a_strip_with_a_long_border_takes_no_long_time_with_few_base_edges(monkeypatch):
+    from npm_blender.core import border
+
+    k = 30_000
+    x = np.linspace(0, 1, k)
+    V = np.stack([np.repeat(x, 2), 0.05 * (np.arange(2 * k) % 2) + 0.01 * np.sin(40 * np.repeat(x, 2)), np.zeros(2 * k)], 1)
+    a = 2 * np.arange(k - 1)
+    strip = TriMesh.from_arrays(V, np.concatenate([np.stack([a, a + 2, a + 1], 1), np.stack([a + 1, a + 2, a + 3], 1)]))
+    tried = []
+    choose = border._choose
+
+    def counted(X, *others):
+        tried.append(len(X))
+        choose(X, *others)
+
+    monkeypatch.setattr(border, "_choose", counted)
+    lod = build_lod(strip, LodSettings(base_faces=8, levels=3))
+    assert max(tried) <= border.MOST + 8 and len(lod.F0) <= 8
+    finest = hierarchy(lod.F0, len(lod.V0), 3)[-1]
+    there, before = (TriMesh(V, F).V[_border_edges(F)] for V, F in ((lod.V, finest.F), (strip.V, strip.F)))
+    length, whole = (np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum() for ends in (there, before))
+    assert length == pytest.approx(whole, rel=0.02)
+
+
+def _border_edges(F):
+    h = np.flatnonzero(opposite_halfedges(F) == np.arange(F.size))
+    corner = F.reshape(-1)
+    return np.stack([corner[h], corner[h - h % 3 + (h + 1) % 3]], 1)
