@@ -44,17 +44,19 @@ class Contents:
     passes: tuple[Offsets, ...] = ()
 
     def stream(self, count: int | None = None) -> bytes:
-        """The stream of the first `count` features, None for all."""
+        """The stream of the first `count` features, None for all; passes that these do not reach are left out."""
         total = sum(map(len, self.latents))
-        numbers = np.concatenate([self.order, *((i + 1) * total + p.order for i, p in enumerate(self.passes))])[:count]
-        values = [*self.latents, *(ordering.offset_values(p.ints, self.levels, FEATURES) for p in self.passes)]
-        group, face = ordering.split(numbers, self.levels * (1 + len(self.passes)))
+        before = np.cumsum([len(self.order), *(len(p.order) for p in self.passes)])
+        passes = [p for p, first in zip(self.passes, before, strict=False) if count is None or first < count]
+        numbers = np.concatenate([self.order, *((i + 1) * total + p.order for i, p in enumerate(passes))])[:count]
+        values = [*self.latents, *(ordering.offset_values(p.ints, self.levels, FEATURES) for p in passes)]
+        group, face = ordering.split(numbers, self.levels * (1 + len(passes)))
         header = Header(
             model_id=self.weights.model_id,
             weights_hash=self.weights.digest,
             levels=len(self.levels),
             position_bits=self.bits,
-            feature_steps=tuple(map(float, np.concatenate([self.steps, *(p.steps for p in self.passes)]))),
+            feature_steps=tuple(map(float, np.concatenate([self.steps, *(p.steps for p in passes)]))),
             total_features=len(numbers),
             source_faces=self.source[0],
             source_vertices=self.source[1],

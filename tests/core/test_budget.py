@@ -75,6 +75,19 @@ def test_a_mesh_of_many_parts_is_given_fewer_faces_or_refused():
         compress(many_parts(60), limited(300))
 
 
+def test_files_of_hardly_more_than_the_base_keep_to_their_size_or_are_refused():
+    lod, made_it = LodSettings(base_faces=200, levels=3), []
+    base = open_stream(compress(SHAPES["torus"], CompressSettings(lod=lod, refine_steps=0)).data).base_bytes
+    for size in range(base - 40, base + 25, 5):
+        try:
+            assert len(compress(SHAPES["torus"], limited(size, lod)).data) <= size
+            made_it.append(True)
+        except SettingsError as error:
+            assert "allow more bytes" in str(error)
+            made_it.append(False)
+    assert made_it == sorted(made_it) and not made_it[0] and made_it[-1]
+
+
 def test_impossible_budgets_are_refused():
     for size in (-1, 1, 299, 10**10, True, 1000.0):
         with pytest.raises(SettingsError, match="Expected budget in bytes"):
