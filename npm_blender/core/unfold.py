@@ -31,12 +31,18 @@ class Rings(NamedTuple):
 
 
 @compiled
+def _normal(P, a, b, c):
+    """Normal of the triangle of points a, b, c of P, twice as long as its area."""
+    ux, uy, uz = P[b, 0] - P[a, 0], P[b, 1] - P[a, 1], P[b, 2] - P[a, 2]
+    vx, vy, vz = P[c, 0] - P[a, 0], P[c, 1] - P[a, 1], P[c, 2] - P[a, 2]
+    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+
+
+@compiled
 def cosine(F, P, N, f):
     """Cosine between face f of points P and the sum of its corners' normals N."""
     a, b, c = F[f, 0], F[f, 1], F[f, 2]
-    ux, uy, uz = P[b, 0] - P[a, 0], P[b, 1] - P[a, 1], P[b, 2] - P[a, 2]
-    vx, vy, vz = P[c, 0] - P[a, 0], P[c, 1] - P[a, 1], P[c, 2] - P[a, 2]
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    nx, ny, nz = _normal(P, a, b, c)
     sx, sy, sz = N[a, 0] + N[b, 0] + N[c, 0], N[a, 1] + N[b, 1] + N[c, 1], N[a, 2] + N[b, 2] + N[c, 2]
     size = np.sqrt((nx * nx + ny * ny + nz * nz) * (sx * sx + sy * sy + sz * sz))
     return (nx * sx + ny * sy + nz * sz) / size if size > 1e-30 else 0.0
@@ -46,10 +52,8 @@ def cosine(F, P, N, f):
 def bulge(F, P, N, f):
     """How far the middle of face f is from the planes of the surface at its corners, times the face's area (times 6)."""
     a, b, c = F[f, 0], F[f, 1], F[f, 2]
-    ux, uy, uz = P[b, 0] - P[a, 0], P[b, 1] - P[a, 1], P[b, 2] - P[a, 2]
-    vx, vy, vz = P[c, 0] - P[a, 0], P[c, 1] - P[a, 1], P[c, 2] - P[a, 2]
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    gx, gy, gz = P[a, 0] + (ux + vx) / 3, P[a, 1] + (uy + vy) / 3, P[a, 2] + (uz + vz) / 3
+    nx, ny, nz = _normal(P, a, b, c)
+    gx, gy, gz = (P[a, 0] + P[b, 0] + P[c, 0]) / 3, (P[a, 1] + P[b, 1] + P[c, 1]) / 3, (P[a, 2] + P[b, 2] + P[c, 2]) / 3
     height = 0.0
     for k in range(3):
         i = F[f, k]
