@@ -9,11 +9,14 @@ from .window_driver import (
     TICK_SECONDS,
     active,
     compressed,
+    fresh_object,
     in_viewport,
     say,
     shown,
     shown_is_decoded,
+    start_compressing,
     until,
+    until_idle,
 )
 
 
@@ -61,6 +64,21 @@ def check_dragging_the_slider():
     shown_is_decoded(obj)
     took.sort()
     say(f"  setting the slider took {1000 * took[len(took) // 2]:.1f} ms, at most {1000 * took[-1]:.1f} ms")
+
+
+def check_a_size_limit_and_the_slider():
+    obj = fresh_object(5)
+    obj.npmesh.size_limit = 1.5
+    start_compressing()
+    yield from until_idle()
+    obj = active()
+    assert obj.npmesh.is_preview and 1300 < obj.npmesh.stream_bytes <= 1500
+    assert (obj.npmesh.stream_base_faces, obj.npmesh.level_count) == (658, 3)
+    for detail in (0, 35, 80, 100):
+        obj.npmesh.detail = detail
+        yield from shown()
+        shown_is_decoded(obj)
+    assert obj.npmesh.source.npmesh.size_limit == 1.5
 
 
 def check_delete_and_discard():
