@@ -9,7 +9,7 @@ import numpy as np
 from .jit import compiled
 from .mesh import TriMesh
 from .progress import Progress, no_progress
-from .shake import Work, shake
+from .shake import Work, changed, shake
 from .subdivide import Level
 from .unfold import MARGIN, Rings, cosine, improve
 from .walk import Points, Surface, move, show, walk
@@ -72,11 +72,18 @@ def _steps(surface, rings, points, levels, passes, work):
         moved = False
         for level in range(levels):
             for f in range(rings.first[level], rings.first[level + 1]):
+                if cosine(rings.F, points.P, points.N, f) > MARGIN or not changed(rings, f, work):
+                    continue
+                work.state[3] += 1
+                work.tried[f] = work.state[3]
                 for c in range(3):
                     if cosine(rings.F, points.P, points.N, f) > MARGIN:
                         break
-                    if not rings.fixed[rings.F[f, c]]:
-                        moved |= improve(surface, rings, points, f, c, level, levels, work.w, work.best, work.where, True)
+                    v = rings.F[f, c]
+                    if not rings.fixed[v] and improve(surface, rings, points, f, c, level, levels, work.w, work.best,
+                                                      work.where, True):
+                        work.moved[v] = work.state[3]
+                        moved = True
         if not moved:
             break
 

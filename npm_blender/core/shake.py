@@ -18,7 +18,8 @@ _MOVED, _FACES = 64, 600  # vertices that one trial moves, faces round them
 
 class Work(NamedTuple):
     """Work space: w (3,), best (3,), where (4,) of `improve`; vertices and faces of one trial, what is kept of them;
-    marks of vertices and faces; state (3,): last mark, random state, trials left."""
+    marks of vertices and faces; when a vertex last moved, and when single steps last failed at a face; state (4,): last
+    mark, random state, trials left, the time that moved and tried count in."""
 
     w: np.ndarray
     best: np.ndarray
@@ -28,6 +29,8 @@ class Work(NamedTuple):
     keep: np.ndarray
     mark: np.ndarray
     seen: np.ndarray
+    moved: np.ndarray
+    tried: np.ndarray
     state: np.ndarray
 
     @staticmethod
@@ -35,7 +38,30 @@ class Work(NamedTuple):
         """Work space for that many vertices and faces in all."""
         return Work(np.zeros(3), np.zeros(3), np.zeros(4), np.zeros(_MOVED, np.int64), np.zeros(_FACES, np.int64),
                     np.zeros((_MOVED, 4)), np.zeros(vertices, np.int64), np.zeros(faces, np.int64),
-                    np.array([0, 1, 0]))
+                    np.zeros(vertices, np.int64), np.zeros(faces, np.int64), np.array([0, 1, 0, 0]))
+
+
+@compiled
+def changed(rings, f, work):
+    """Whether anything round face f moved since single steps failed at it: if not, they would fail again."""
+    last = work.tried[f]
+    if last == 0:
+        return True
+    for c in range(3):
+        v = rings.F[f, c]
+        if work.moved[v] >= last:
+            return True
+        for level in range(len(rings.out)):
+            h = start = rings.out[level, v]
+            if h < 0:
+                continue
+            while True:
+                if work.moved[rings.F[h // 3, (h + 1) % 3]] >= last:
+                    return True
+                h = rings.opposite[h + 2 if h % 3 == 0 else h - 1]
+                if h == start:
+                    break
+    return False
 
 
 @compiled
@@ -154,6 +180,9 @@ def shake(surface, rings, points, f, level, levels, trials, work):
             _throw(surface, points, v, size, work)
         after = _mend(surface, rings, points, levels, stars, before, work)
         if after < before and _bulge(rings, points, levels - 1, work.faces, stars) <= most:
+            work.state[3] += 1
+            for k in range(count):
+                work.moved[work.some[k]] = work.state[3]
             return True
         for k in range(count):
             move(surface, points, work.some[k], int(work.keep[k, 3]), work.keep[k])
