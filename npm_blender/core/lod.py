@@ -128,7 +128,7 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, 
     normals = vertex_normals(mesh)
     n = finest.n
     follow_border(mesh, decimation.opposite, connectivity, face[:n], b[:n])
-    face, b = relax(mesh, decimation.opposite, normals, connectivity, face, b, part(progress, 0.6, 0.65))
+    face, b = relax(mesh, decimation.opposite, normals, connectivity, face, b, V0, part(progress, 0.6, 0.65))
     S = np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]])
     planes = mesh.face_normals()[face]
     V, middle, face, b = S[:n], S[n:], face[:n], b[:n]

@@ -21,17 +21,19 @@ SIDE = (1.0, 0.4)  # of the way from a neighbour to the middle of the ring
 
 class Rings(NamedTuple):
     """Levels 1..L in one: faces F and opposite half-edges, concatenated; first face of each level (and the end);
-    out (L, n): a half-edge that leaves each vertex in each level, or -1; fixed (n,): vertices that do not move."""
+    out (L, n): a half-edge that leaves each vertex in each level, or -1; fixed (n,): vertices that do not move;
+    n (L + 1,): number of vertices of each level from the base on, which come first."""
 
     F: np.ndarray
     opposite: np.ndarray
     first: np.ndarray
     out: np.ndarray
     fixed: np.ndarray
+    n: np.ndarray
 
 
 @compiled
-def _normal(P, a, b, c):
+def normal(P, a, b, c):
     """Normal of the triangle of points a, b, c of P, twice as long as its area."""
     ux, uy, uz = P[b, 0] - P[a, 0], P[b, 1] - P[a, 1], P[b, 2] - P[a, 2]
     vx, vy, vz = P[c, 0] - P[a, 0], P[c, 1] - P[a, 1], P[c, 2] - P[a, 2]
@@ -42,7 +44,7 @@ def _normal(P, a, b, c):
 def cosine(F, P, N, f):
     """Cosine between face f of points P and the sum of its corners' normals N."""
     a, b, c = F[f, 0], F[f, 1], F[f, 2]
-    nx, ny, nz = _normal(P, a, b, c)
+    nx, ny, nz = normal(P, a, b, c)
     sx, sy, sz = N[a, 0] + N[b, 0] + N[c, 0], N[a, 1] + N[b, 1] + N[c, 1], N[a, 2] + N[b, 2] + N[c, 2]
     size = np.sqrt((nx * nx + ny * ny + nz * nz) * (sx * sx + sy * sy + sz * sz))
     return (nx * sx + ny * sy + nz * sz) / size if size > 1e-30 else 0.0
@@ -52,7 +54,7 @@ def cosine(F, P, N, f):
 def bulge(F, P, N, f):
     """How far the middle of face f is from the planes of the surface at its corners, times the face's area (times 6)."""
     a, b, c = F[f, 0], F[f, 1], F[f, 2]
-    nx, ny, nz = _normal(P, a, b, c)
+    nx, ny, nz = normal(P, a, b, c)
     gx, gy, gz = (P[a, 0] + P[b, 0] + P[c, 0]) / 3, (P[a, 1] + P[b, 1] + P[c, 1]) / 3, (P[a, 2] + P[b, 2] + P[c, 2]) / 3
     height = 0.0
     for k in range(3):
@@ -62,9 +64,19 @@ def bulge(F, P, N, f):
 
 
 @compiled
+def projected(F, P, N, f):
+    """Area of face f projected on the surface at its corners, negative if the face is turned (times 6)."""
+    a, b, c = F[f, 0], F[f, 1], F[f, 2]
+    nx, ny, nz = normal(P, a, b, c)
+    return (nx * (N[a, 0] + N[b, 0] + N[c, 0]) + ny * (N[a, 1] + N[b, 1] + N[c, 1])
+            + nz * (N[a, 2] + N[b, 2] + N[c, 2]))
+
+
+@compiled
 def _score(rings, points, v, levels):
-    """Number of turned faces round v over the first `levels` levels, the sum of their cosines, the last level's bulge."""
-    turned, total, height = 0, 0.0, 0.0
+    """Number of turned faces round v over the first `levels` levels, the sum of their cosines; of the last level the
+    bulge and the projected area."""
+    turned, total, height, area = 0, 0.0, 0.0, 0.0
     for level in range(levels):
         h = start = rings.out[level, v]
         if h < 0:
@@ -73,17 +85,18 @@ def _score(rings, points, v, levels):
             c = cosine(rings.F, points.P, points.N, h // 3)
             if level == levels - 1:
                 height += bulge(rings.F, points.P, points.N, h // 3)
+                area += projected(rings.F, points.P, points.N, h // 3)
             if c <= MARGIN:
                 turned += 1
                 total += c
             h = rings.opposite[h + 2 if h % 3 == 0 else h - 1]
             if h == start:
                 break
-    return turned, total, height
+    return turned, total, height, area
 
 
 @compiled
-def _middle(rings, P, v, level):
+def middle(rings, P, v, level):
     """Mean (x, y, z) of the neighbours of v at one level."""
     h = start = rings.out[level, v]
     x = y = z = 0.0
@@ -100,11 +113,11 @@ def _middle(rings, P, v, level):
 
 @compiled
 def _better(surface, rings, points, v, levels, g, w, best, where):
-    """Score the place (g, w) for v; where it beats best (turned, sum) without more than the bulge best[2], it is kept in
-    where (4,): barycentrics, face."""
+    """Score the place (g, w) for v; where it beats best (turned, sum), without more than the bulge best[2] and less than the
+    area best[3], it is kept in where (4,): barycentrics, face."""
     show(surface, points, v, g, w)
-    turned, total, height = _score(rings, points, v, levels)
-    if height > best[2]:
+    turned, total, height, area = _score(rings, points, v, levels)
+    if height > best[2] or area < best[3]:
         return
     if turned < best[0] or (turned == best[0] and total > best[1] + 1e-6):
         best[0], best[1] = turned, total
@@ -124,18 +137,20 @@ def _across(P, N, v, p, q, clear):
 
 
 @compiled
-def improve(surface, rings, points, f, c, level, levels, w, best, where, thorough):
+def improve(surface, rings, points, f, c, level, levels, w, best, where, thorough, covered):
     """Move corner c of face f, which is of a level, to the best place found over the first `levels` levels.
 
-    True if it moved. thorough: whether places near the neighbours are tried. w (3,), best (3,), where (4,): work space.
+    True if it moved. thorough: whether places near the neighbours are tried; covered: share of the faces' projected area
+    that is to stay. w (3,), best (4,), where (4,): work space.
     """
     P = points.P
     v = rings.F[f, c]
-    best[0], best[1], best[2] = _score(rings, points, v, levels)
+    best[0], best[1], best[2], best[3] = _score(rings, points, v, levels)
     best[2] = FARTHER * best[2] + 1e-15
+    best[3] = covered * best[3] if best[3] > 0.0 else -np.inf
     where[3] = -1.0
     px, py, pz = P[v, 0], P[v, 1], P[v, 2]
-    mx, my, mz = _middle(rings, P, v, level)
+    mx, my, mz = middle(rings, P, v, level)
     w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
     for trial in range(5):
         show(surface, points, v, points.face[v], points.b[v])
