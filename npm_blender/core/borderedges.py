@@ -21,13 +21,12 @@ SLACK = 1.25  # least factor by which the allowed number grows
 
 class Corners(NamedTuple):
     """marked (n,) bool: the vertex is a corner of its border loop; inside (e,) float64: corners that have vanished into
-    a border edge, in parts where an end of the edge slid past others; most (1,): how many there may be; refused (1,):
-    the least number, over the collapses refused since it was reset, that would have let one pass."""
+    a border edge, in parts where an end of the edge slid past others; limits (2,): how many there may be, and the least
+    number, over the collapses refused since the last time more were allowed, that would have let one pass."""
 
     marked: np.ndarray
     inside: np.ndarray
-    most: np.ndarray
-    refused: np.ndarray
+    limits: np.ndarray
 
     @staticmethod
     def of(half: Half, base_faces: int) -> "Corners":
@@ -37,15 +36,15 @@ class Corners(NamedTuple):
         if len(border):
             _mark(half.X, half.corner, half.out, border, LOSS, marked)
         most = max(SEGMENTS - 1.0, marked.sum() / max(SHARE * base_faces, 1.0))
-        return Corners(marked, np.zeros(len(half.start)), np.array([most]), np.array([np.inf]))
+        return Corners(marked, np.zeros(len(half.start)), np.array([most, np.inf]))
 
     def yield_to(self) -> bool:
-        """Allow more corners an edge, so that one refused collapse passes; whether there was one."""
-        found = self.refused[0] < np.inf
-        if found:
-            self.most[0] = max(self.refused[0], SLACK * self.most[0])
-            self.refused[0] = np.inf
-        return found
+        """Allow more corners an edge, so that a refused collapse passes; whether there was one."""
+        most, refused = self.limits
+        if refused == np.inf:
+            return False
+        self.limits[:] = max(refused, SLACK * most), np.inf
+        return True
 
 
 @compiled

@@ -195,8 +195,8 @@ def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, 
     left, right, marked = 0.0, 0.0, False
     if kind == EDGE:
         left, right, marked = corners_after(m, corners, h, scratch.uv[r + 2].real)
-        if max(left, right) > corners.most[0]:
-            corners.refused[0] = min(corners.refused[0], max(left, right))
+        if max(left, right) > corners.limits[0]:
+            corners.limits[1] = min(corners.limits[1], max(left, right))
             return NEVER, 0, i
     _record(hist, counts, scratch, r, t, s1, s2, 1 if kind == EDGE else 2)
     removed = collapse(m, h, kind, x, y, z, scratch.face, t, s1, s2, scratch.dead)
