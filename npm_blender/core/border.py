@@ -10,8 +10,8 @@ from .jit import compiled
 from .mesh import TriMesh
 from .subdivide import Level
 
-STAY = 1e-2  # price of sliding, in lengths of the polyline for each length slid: a straight border stays as it is
-MOST = 2000  # places tried for the vertices of a base edge; the time grows with their square
+STAY = 1e-3  # price of sliding, in lengths of the polyline for each length slid: a straight border stays as it is
+MOST = 4000  # places tried, over the root of the number of vertices inside a base edge: the time grows with its square
 GAP = 0.1  # least distance of neighbours along the loop, in shares of the least before
 
 
@@ -37,10 +37,10 @@ def _halfedge_points(F: np.ndarray, out: np.ndarray, opposite: np.ndarray, face:
     return half, share
 
 
-def _few(count: int) -> np.ndarray:
-    """Which of `count` candidates are tried, (count,) bool: all, or some MOST spread evenly, the first and last included."""
+def _few(count: int, vertices: int) -> np.ndarray:
+    """Which of `count` candidates are tried, (count,) bool: all, or MOST / sqrt(vertices) spread evenly, first and last too."""
     keep = np.zeros(count, bool)
-    keep[:: -(-count // MOST)] = True
+    keep[:: -(-count // int(MOST / vertices**0.5))] = True
     keep[-1] = True
     return keep
 
@@ -139,7 +139,7 @@ def follow_border(mesh: TriMesh, opposite: np.ndarray, levels: list[Level], face
         at = np.concatenate([along, own])
         order = np.argsort(at, kind="stable")
         order = np.concatenate([[0], order[(order != 0) & (order != inner - 1)], [inner - 1]])
-        order = order[_few(len(order)) | (order >= inner)]
+        order = order[_few(len(order), count) | (order >= inner)]
         _choose(X[order], at[order], own, GAP * steps.min(), room,
                 np.empty((count + 1, len(order))), np.zeros((count + 1, len(order)), np.int64))
         chosen = order[room]

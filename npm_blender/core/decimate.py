@@ -3,7 +3,8 @@
 Every collapse keeps the topology (link condition), may not flip a face or ruin its shape, and must have a bijective
 flattening (see `flatten`); so the base has the Euler characteristic, components and border loops of the input, and the
 map between them is a bijection by construction. A collapse that fails the tests of shape is offered again under milder
-ones at a higher price: where little is admissible, a poor triangle is better than a wall pulled through the part.
+ones at a higher price: where little is admissible, a poor triangle is better than a wall pulled through the part. An open
+border keeps the edges that its corners need (see `borderedges`), as long as the number of faces can be reached with them.
 """
 from dataclasses import dataclass, replace
 from typing import NamedTuple
