@@ -1,8 +1,8 @@
 """The border of the finest level on the input's: its vertices slide along the loop to where the polyline is longest.
 
 Between two base vertices the map puts the vertices of the levels somewhere on the loop, seldom on its corners, and a
-polyline that cuts corners is shorter than the loop. Each vertex may take a vertex of the input between the old places
-of its two neighbours; the best choice for all vertices of a base edge together is found by dynamic programming.
+polyline that cuts corners is shorter than the loop. Each vertex may take a vertex of the input between the ends of its
+base edge; the best choice for all vertices of the base edge together is found by dynamic programming.
 """
 import numpy as np
 
@@ -11,7 +11,7 @@ from .mesh import TriMesh
 from .subdivide import Level
 
 STAY = 1e-3  # price of sliding, in lengths of the polyline for each length slid: a straight border stays as it is
-MOST = 2000  # places tried for the vertices of a base edge; the time grows with their square
+MOST = 4000  # places tried, over the root of the number of vertices inside a base edge: the time grows with its square
 GAP = 0.1  # least distance of neighbours along the loop, in shares of the least before
 
 
@@ -37,29 +37,26 @@ def _halfedge_points(F: np.ndarray, out: np.ndarray, opposite: np.ndarray, face:
     return half, share
 
 
-def _few(count: int) -> np.ndarray:
-    """Which of `count` candidates are tried, (count,) bool: all, or some MOST spread evenly, the first and last included."""
+def _few(count: int, vertices: int) -> np.ndarray:
+    """Which of `count` candidates are tried, (count,) bool: all, or MOST / sqrt(vertices) spread evenly, first and last too."""
     keep = np.zeros(count, bool)
-    keep[:: -(-count // MOST)] = True
+    keep[:: -(-count // int(MOST / vertices**0.5))] = True
     keep[-1] = True
     return keep
 
 
 @compiled
-def _choose(X, at, lower, upper, own, gap, room, best, back):
+def _choose(X, at, own, gap, room, best, back):
     """Candidates (k,) for the vertices inside one base edge, the longest polyline; X (c, 3), at (c,): the candidates.
 
-    The first candidate is the start, the last one the end of the edge; lower, upper, own (k,): where along the loop
-    each vertex may lie and where it lies; best, back (k + 1, c): work space.
+    The first candidate is the start, the last one the end of the edge; own (k,): where along the loop each vertex lies;
+    best, back (k + 1, c): work space.
     """
     count, k = len(at), len(own)
     best[:, :] = -np.inf
     for j in range(k + 1):
         for q in range(1, count):
-            if j == k:
-                if q < count - 1:
-                    continue
-            elif q == count - 1 or at[q] <= lower[j] or at[q] >= upper[j]:
+            if (q == count - 1) != (j == k):
                 continue
             for p in range(q):
                 if (p > 0) != (j > 0) or at[q] - at[p] < gap:
@@ -142,8 +139,8 @@ def follow_border(mesh: TriMesh, opposite: np.ndarray, levels: list[Level], face
         at = np.concatenate([along, own])
         order = np.argsort(at, kind="stable")
         order = np.concatenate([[0], order[(order != 0) & (order != inner - 1)], [inner - 1]])
-        order = order[_few(len(order)) | (order >= inner)]
-        _choose(X[order], at[order], places[:-2], places[2:], own, GAP * steps.min(), room,
+        order = order[_few(len(order), count) | (order >= inner)]
+        _choose(X[order], at[order], own, GAP * steps.min(), room,
                 np.empty((count + 1, len(order))), np.zeros((count + 1, len(order)), np.int64))
         chosen = order[room]
         inside, h, t = chain[1:-1], halves[chosen], shares[chosen]

@@ -3,6 +3,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .borderedges import corners_after, edge_before
 from .edgeheap import DEAD, REJECTED, put, take
 from .flatten import flatten
 from .halfedge import ANCHORED, EDGE, INNER, MAX_RING, collapse, following, gather, is_border, links_meet, preceding
@@ -158,10 +159,10 @@ def _update(m, Q, queue, tests, ring, r, i, size):
 
 
 @compiled
-def _try(m, Q, e, hist, scratch, counts, only_border, cosine, quality, stretch, convex):
+def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, stretch, convex):
     """Collapse edge e if all tests allow it; returns (faces removed, ring size, surviving vertex).
 
-    Instead of faces removed: 0 where the tests of the stage refuse it, NEVER where those of topology do.
+    Instead of faces removed: 0 where the tests of the stage refuse it, NEVER where those of topology or of the border do.
     """
     h = m.start[e]
     o = m.opposite[h]
@@ -191,15 +192,24 @@ def _try(m, Q, e, hist, scratch, counts, only_border, cosine, quality, stretch, 
     if not flatten(m.X, scratch.ring, r, t, s1, s2, kind, i, j, x, y, z, stretch, convex, scratch.uv, scratch.cots,
                    scratch.S, scratch.B, scratch.A):
         return 0, 0, i
+    left, right, marked = 0.0, 0.0, False
+    if kind == EDGE:
+        left, right, marked = corners_after(m, corners, h, scratch.uv[r + 2].real)
+        if max(left, right) > corners.limits[0]:
+            corners.limits[1] = min(corners.limits[1], max(left, right))
+            return NEVER, 0, i
     _record(hist, counts, scratch, r, t, s1, s2, 1 if kind == EDGE else 2)
     removed = collapse(m, h, kind, x, y, z, scratch.face, t, s1, s2, scratch.dead)
+    if kind == EDGE:
+        corners.inside[edge_before(m, i)], corners.inside[m.edge[m.out[i]]] = left, right
+        corners.marked[i] = marked
     for q in range(10):
         Q[i, q] += Q[j, q]
     return removed, r, i
 
 
 @compiled
-def run(m, Q, queue, hist, scratch, counts, target, collapses, tests, enough, dear):
+def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, enough, dear):
     """Up to `collapses` collapses; DONE at the target, EMPTY when no edge passes, MORE otherwise (also: history full).
 
     Also DONE from `enough` faces on when the cheapest edge has a price above `dear`.
@@ -232,7 +242,7 @@ def run(m, Q, queue, hist, scratch, counts, target, collapses, tests, enough, de
         size = take(queue.heap, queue.place, queue.price, e, REJECTED, size)
         only_border = counts[7] != 0 and counts[0] == target + 1
         s = queue.stage[e]
-        removed, r, i = _try(m, Q, e, hist, scratch, counts, only_border, tests.cosine[s], tests.quality[s],
+        removed, r, i = _try(m, Q, e, corners, hist, scratch, counts, only_border, tests.cosine[s], tests.quality[s],
                              tests.stretch[s], tests.convex[s] != 0)
         if removed <= 0:
             if removed == 0 and s + 1 < len(tests.price):

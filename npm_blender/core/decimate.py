@@ -3,13 +3,15 @@
 Every collapse keeps the topology (link condition), may not flip a face or ruin its shape, and must have a bijective
 flattening (see `flatten`); so the base has the Euler characteristic, components and border loops of the input, and the
 map between them is a bijection by construction. A collapse that fails the tests of shape is offered again under milder
-ones at a higher price: where little is admissible, a poor triangle is better than a wall pulled through the part.
+ones at a higher price: where little is admissible, a poor triangle is better than a wall pulled through the part. An open
+border keeps the edges that its corners need (see `borderedges`), as long as the number of faces can be reached with them.
 """
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
+from .borderedges import Corners
 from .collapses import DONE, EMPTY, LEAST, Queue, Scratch, Tests, run
 from .edgeheap import REJECTED, heapify
 from .errors import MeshError
@@ -126,20 +128,21 @@ def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) 
     tests = Tests(*(np.array(column, np.float64) for column in zip(*STAGES, strict=True)))
     history = History.empty(total)
     scratch = Scratch.make()
+    corners = Corners.of(half, enough or base_faces)
     counts = np.array([total, edges, 0, 0, 0, 0, variant, 0], np.int64)  # see `run`
     counts[7] = (opposite == np.arange(len(opposite))).any()
     before = 0
     while counts[0] > base_faces:
         history = history.with_room(counts, SLICE)
-        reason = run(half, quadrics, queue, history, scratch, counts, base_faces, SLICE, tests, enough, dear)
+        reason = run(half, quadrics, queue, corners, history, scratch, counts, base_faces, SLICE, tests, enough, dear)
         progress((total - counts[0]) / max(total - base_faces, 1), "Decimating")
         if reason == DONE:
             break
         if reason == EMPTY:
-            if counts[2] == before and counts[7] and counts[0] == base_faces + 1:
+            if counts[2] == before and not (counts[0] > enough and corners.yield_to()):
+                if not counts[7] or counts[0] != base_faces + 1:
+                    break
                 counts[7] = 0
-            elif counts[2] == before:
-                break
             before = counts[2]
             counts[1] = _requeue(queue)
     if enough:
