@@ -75,6 +75,7 @@ def measure(task: Task) -> dict:
         "loops": source.border_loops == base.border_loops,
         "components": source.components == base.components,
         "manifold": bool((vertex_fans(lod.F0, opposite_halfedges(lod.F0), len(lod.V0)) == 1).all()),
+        "handles": (2 * base.components - base.border_loops - base.euler) // 2,
         "finite": bool(np.isfinite(lod.V).all() and np.isfinite(lod.N).all()),
         "turned": [turned(lod.V, lod.N, level.F) for level in lods[1:]],
     }
@@ -120,6 +121,18 @@ def validity(rows: dict[str, dict]) -> list[str]:
     if failed:
         lines += ["", "| failure | meshes |", "|---|---|"]
         lines += [f"| {why} | {n} |" for why, n in Counter(w for f in failed.values() for w in f).most_common()]
+    return lines
+
+
+def turned_by_handles(handles: np.ndarray, share: np.ndarray) -> list[str]:
+    """Lines of the table of turned faces at the finest level by the number of handles, which a small base must keep."""
+    lines = ["| handles | meshes | turned, mean % | more than 0.1 % |", "|---|---|---|---|"]
+    for least, most in ((0, 0), (1, 4), (5, 19), (20, None)):
+        here = (handles >= least) & (handles <= (most if most is not None else handles.max(initial=0)))
+        if here.any():
+            name = f"{least}" if most == least else (f"{least} to {most}" if most else f"{least} and more")
+            count, of = (share[here] > 1e-3).sum(), here.sum()
+            lines.append(f"| {name} | {of} | {100 * share[here].mean():.3f} | {count} ({100 * count / of:.0f} %) |")
     return lines
 
 
