@@ -31,13 +31,12 @@ class Queue(NamedTuple):
 
 
 class Tests(NamedTuple):
-    """`decimate.STAGES` as arrays, one entry a stage: convex as 0 or 1."""
+    """`decimate.STAGES` as arrays, one entry a stage."""
 
     price: np.ndarray
     cosine: np.ndarray
     quality: np.ndarray
     stretch: np.ndarray
-    convex: np.ndarray
 
 
 class Scratch(NamedTuple):
@@ -159,7 +158,7 @@ def _update(m, Q, queue, tests, ring, r, i, size):
 
 
 @compiled
-def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, stretch, convex):
+def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, stretch):
     """Collapse edge e if all tests allow it; returns (faces removed, ring size, surviving vertex).
 
     Instead of faces removed: 0 where the tests of the stage refuse it, NEVER where those of topology or of the border do.
@@ -189,7 +188,7 @@ def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, 
     _, x, y, z = best_point(Q, m.X, i, j)
     if not shape_holds(m.X, scratch.ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
         return 0, 0, i
-    if not flatten(m.X, scratch.ring, r, t, s1, s2, kind, i, j, x, y, z, stretch, convex, scratch.uv, scratch.cots,
+    if not flatten(m.X, scratch.ring, r, t, s1, s2, kind, i, j, x, y, z, stretch, scratch.uv, scratch.cots,
                    scratch.S, scratch.B, scratch.A):
         return 0, 0, i
     left, right, marked = 0.0, 0.0, False
@@ -243,7 +242,7 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
         only_border = counts[7] != 0 and counts[0] == target + 1
         s = queue.stage[e]
         removed, r, i = _try(m, Q, e, corners, hist, scratch, counts, only_border, tests.cosine[s], tests.quality[s],
-                             tests.stretch[s], tests.convex[s] != 0)
+                             tests.stretch[s])
         if removed <= 0:
             if removed == 0 and s + 1 < len(tests.price):
                 size = _enter(queue, tests, e, s + 1, size)

@@ -34,20 +34,19 @@ class Stage(NamedTuple):
 
     price: factor on the quadric error when the queue orders collapses; cosine: least cosine between a face's normal
     before and after; quality: least face quality 4 sqrt(3) A / sum l^2 (or that of the patch before, if lower); stretch:
-    largest distortion of the conformal flattening; convex: whether the flattening on a circle may take its place.
+    largest distortion of the conformal flattening, past which the one on a circle takes its place.
     """
 
     price: float
     cosine: float
     quality: float
     stretch: float
-    convex: bool
 
 
 STAGES = (
-    Stage(1.0, 0.2, 0.01, 20.0, True),
-    Stage(8.0, 0.1, 0.003, 1000.0, True),
-    Stage(64.0, -0.5, 0.0, np.inf, True),
+    Stage(1.0, 0.2, 0.01, 20.0),
+    Stage(8.0, 0.1, 0.003, 1000.0),
+    Stage(64.0, -0.5, 0.0, np.inf),
 )
 
 

@@ -131,11 +131,11 @@ def place_convex(r, s1, s2, kind, uv):
 
 
 @compiled
-def flatten(X, ring, r, t, s1, s2, kind, i, j, x, y, z, limit, convex, uv, cots, S, B, A):
+def flatten(X, ring, r, t, s1, s2, kind, i, j, x, y, z, limit, uv, cots, S, B, A):
     """Fill uv (r + 3,) with the joint flattening of the collapse i, j -> (x, y, z); True if it is a usable bijection.
 
-    limit: largest distortion (s1 / s2 + s2 / s1) / 2 of a triangle; convex: whether the circle may be tried as well.
-    cots, S, B, A are work space.
+    limit: largest distortion (s1 / s2 + s2 / s1) / 2 of a triangle that the conformal map may have; else the circle is
+    taken. cots, S, B, A are work space.
     """
     measure(X, ring, r, t, s1, s2, kind, i, j, x, y, z, cots)
     kk = assemble(r, t, s1, s2, kind, cots, S)
@@ -162,8 +162,6 @@ def flatten(X, ring, r, t, s1, s2, kind, i, j, x, y, z, limit, convex, uv, cots,
                 chosen, least, best = way, mean, worst
     if best < np.inf and best <= limit:
         return True
-    if convex:
-        place_convex(r, s1, s2, kind, uv)
-        best, _ = check(r, t, s1, s2, kind, uv, cots)
-        return best < np.inf
-    return False
+    place_convex(r, s1, s2, kind, uv)
+    best, _ = check(r, t, s1, s2, kind, uv, cots)
+    return best < np.inf
