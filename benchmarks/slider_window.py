@@ -2,7 +2,8 @@
 
 Every move goes the way of a user's: the property is set from Blender's main loop, the extension follows as it does, and
 the viewport's own draw handler says when a mesh has been drawn (a pixel is read back, so that drawing has ended). The
-same positions, written to the mesh of an ordinary object, tell what Blender's drawing costs without the extension.
+same positions, written to the mesh of an ordinary object, and that object's levels, swapped, tell what Blender's drawing
+costs without the extension; a frame for which nothing has changed tells what no change could save.
 Without a graphics card drawing dwarfs the rest, so it is made cheap: one viewport, small, flat, without anti-aliasing
 and overlays; give Blender a small window too (`--window-geometry 0 0 320 240`).
 """
@@ -14,6 +15,7 @@ import gpu
 import numpy as np
 
 LIMIT_SECONDS = 20
+BLOCK = 12  # changes of one object before the other's turn; all levels as often
 SHARE = 0.3  # of the window's width and height that the viewport keeps
 Frames = Generator[None, None, float]
 
@@ -79,14 +81,16 @@ class Viewport:
 
 
 class Plain:
-    """An ordinary object with the faces of the preview's mesh, which the extension knows nothing of."""
+    """An ordinary object with the preview's meshes, which the extension knows nothing of."""
 
     def __init__(self, obj: bpy.types.Object) -> None:
-        """Make it of what `obj` shows."""
-        mesh = obj.data.copy()
-        for key in list(mesh.keys()):
-            del mesh[key]
-        self.obj = bpy.data.objects.new("Plain", mesh)
+        """Make it of the levels of `obj`, all of which were shown; it shows the same one."""
+        shown = [item.mesh for item in obj.npmesh.meshes]
+        self.levels = [mesh.copy() for mesh in shown]
+        for mesh in self.levels:
+            for key in list(mesh.keys()):
+                del mesh[key]
+        self.obj = bpy.data.objects.new("Plain", self.levels[shown.index(obj.data)])
         bpy.context.collection.objects.link(self.obj)
 
     def move(self, positions: np.ndarray) -> None:
@@ -94,9 +98,14 @@ class Plain:
         self.obj.data.attributes["position"].data.foreach_set("vector", positions)
         self.obj.data.update()
 
+    def switch(self, level: int) -> None:
+        """Show the mesh of another level."""
+        self.obj.data = self.levels[level]
+
     def end(self) -> None:
         """Remove it."""
-        bpy.data.meshes.remove(self.obj.data)
+        for mesh in self.levels:
+            bpy.data.meshes.remove(mesh)
 
 
 def positions_of(mesh: bpy.types.Mesh) -> np.ndarray:
@@ -133,53 +142,73 @@ class Clock:
 def measured(drag, rounds: list[list[int]], known: int, switches: int, stamp: str) -> Generator[None, None, dict]:
     """Times in milliseconds, lists by name, as the generator's return value; it yields where Blender goes on.
 
-    drag: a slider.Drag; rounds: positions there and back; known: how many of the way back were seen just before;
-    stamp: the property of a mesh that says what it holds.
+    drag: a slider.Drag that has shown every level; rounds: positions there and back; known: how many of the way back were
+    seen just before; stamp: the property of a mesh that says what it holds. `plain` are the same changes of an ordinary
+    object, in turns of BLOCK with those of the preview; `redraw` is a frame for which nothing has changed.
     """
     viewport, clock = Viewport(), Clock(drag.updates)
-    plain = Plain(drag.obj)
-    times: dict[str, list[float]] = {name: [] for name in ("new", "new_own", "known", "known_own", "switch",
-                                                           "switch_own", "plain")}
+    plain, area = Plain(drag.obj), _viewport(bpy.context.window_manager.windows[0])
+    times: dict[str, list[float]] = {name: [] for name in ("new", "new_own", "known", "known_own", "plain", "redraw",
+                                                           "switch", "switch_own", "plain_switch")}
 
     def move(features: int, *names: str) -> Frames:
-        before = drag.obj.data.get(stamp)
         wanted = f"{drag.state.digest}:{features}"
-        if before == wanted:  # two positions with as many features: nothing moves
+        if drag.obj.data.get(stamp) == wanted:  # two positions with as many features: nothing moves
             return
+        clock.take()
         took = yield from viewport.visible(lambda: setattr(drag.state, "features", features),
                                            lambda: drag.obj.data.get(stamp) == wanted)
         for name, value in zip(names, (took, clock.take()), strict=False):
             times[name].append(value)
 
-    def only(obj: bpy.types.Object) -> None:
+    def switch(level: int) -> Frames:
+        mesh = drag.state.meshes[level].mesh
+        if drag.obj.data == mesh:
+            return
+        clock.take()
+        took = yield from viewport.visible(lambda: setattr(drag.state, "level", str(level)), lambda: drag.obj.data == mesh)
+        times["switch"].append(took)
+        times["switch_own"].append(clock.take())
+
+    def only(obj: bpy.types.Object) -> Generator[None, None, None]:
         for other in (drag.obj, plain.obj):
             other.hide_set(other != obj)
+        yield from _frames()
 
     for there in rounds:
-        only(drag.obj)
-        half, drawn = len(there) // 2, []
+        yield from only(drag.obj)
+        half = len(there) // 2
         for k in there[:half]:
-            clock.take()
             yield from move(k, "new", "new_own")
-            drawn.append(positions_of(drag.obj.data))
-        for k in there[half:half + known]:
-            clock.take()
-            yield from move(k, "known", "known_own")
+        for block in _blocks(there[half:half + known]):
+            yield from only(drag.obj)
+            drawn = []
+            for k in block:
+                yield from move(k, "known", "known_own")
+                drawn.append(positions_of(drag.obj.data))
+            yield from only(plain.obj)
+            for positions in drawn:
+                times["plain"].append((yield from viewport.visible(lambda p=positions: plain.move(p), lambda: True)))
+            for _ in block:
+                times["redraw"].append((yield from viewport.visible(area.tag_redraw, lambda: True)))
+        yield from only(drag.obj)
         for k in there[half + known:]:
             yield from move(k)
-        only(plain.obj)
-        for positions in drawn:
-            times["plain"].append((yield from viewport.visible(lambda p=positions: plain.move(p), lambda: True)))
-    only(drag.obj)
-    for k in range(switches):
-        clock.take()
-        level = str(k % (drag.state.level_count + 1))
-        wanted = len(drag.state.meshes[int(level)].mesh.polygons) if drag.state.meshes[int(level)].mesh else None
-        took = yield from viewport.visible(lambda v=level: setattr(drag.state, "level", v),
-                                           lambda w=wanted: w is None or len(drag.obj.data.polygons) == w)
-        if k > drag.state.level_count:
-            times["switch"].append(took)
-            times["switch_own"].append(clock.take())
+    finest = drag.state.level
+    for level in (*range(len(plain.levels)), int(finest)):
+        drag.switch(level)  # brings each to the features
+    for block in _blocks([k % len(plain.levels) for k in range(switches)]):
+        yield from only(drag.obj)
+        for level in block:
+            yield from switch(level)
+        yield from only(plain.obj)
+        for level in block:
+            times["plain_switch"].append((yield from viewport.visible(lambda v=level: plain.switch(v), lambda: True)))
+    drag.state.level = finest
     for part in (viewport, clock, plain):
         part.end()
     return times
+
+
+def _blocks(values: list[int]) -> list[list[int]]:
+    return [values[k:k + BLOCK] for k in range(0, len(values), BLOCK)]

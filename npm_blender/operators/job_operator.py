@@ -5,6 +5,7 @@ import bpy
 
 from .. import estimate, jobs, preview
 from ..core.errors import NpmError
+from ..preview.viewport import redraw_panels
 
 TIMER_SECONDS = 0.1
 Steps = Generator[None, None, set | None]
@@ -141,14 +142,10 @@ class JobOperator:
         self._say(context, None)
 
     def _say(self, context: bpy.types.Context, text: str | None) -> None:
-        """Set the status bar and draw the sidebars again; not the viewports, which may take long."""
+        """Set the status bar and draw the sidebars again."""
         if context.workspace is not None:
             context.workspace.status_text_set(text)
-        for window in context.window_manager.windows:
-            for area in window.screen.areas:
-                for region in area.regions:
-                    if area.type == "VIEW_3D" and region.type == "UI":
-                        region.tag_redraw()
+        redraw_panels()
 
 
 def one_line(error: Exception) -> str:

@@ -3,6 +3,7 @@ import bpy
 
 from ..core.errors import NpmError
 from ..preview import playback
+from ..preview.viewport import redraw_panels
 from .job_operator import one_line
 from .target import poll_preview
 
@@ -76,11 +77,7 @@ Esc stops"""
         if playback.is_running(play) and context.workspace is not None:
             what = "base mesh arriving" if play.arrived < play.base else f"{play.elapsed:.1f} s"
             context.workspace.status_text_set(f"Playing: {play.arrived:,} of {play.end:,} bytes, {what}      Esc: Stop")
-        for window in context.window_manager.windows:
-            for area in window.screen.areas:
-                for region in area.regions:
-                    if area.type == "VIEW_3D" and region.type == "UI":
-                        region.tag_redraw()
+        redraw_panels()
 
 
 class OBJECT_OT_npmesh_stop_playing(bpy.types.Operator):

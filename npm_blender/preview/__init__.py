@@ -14,7 +14,7 @@ or loading, comparing stamp and properties says what is still to do.
     slider       the number of features as detail, and as a budget of bytes
     lodset       all levels as ordinary objects, named for an engine
     playback     what has arrived over a line
-    deviation    the distance to the original as colours; nearest measures it, viewport shows it
+    deviation    the distance to the original as colours; nearest measures it, viewport shows it (and the panels)
 """
 from .decoders import decoder_of, opened_ahead, received_of, warm_up
 from .kept import STREAM, has_stream, is_linked, pack, packed, unpack

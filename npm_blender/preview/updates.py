@@ -4,7 +4,7 @@ import time
 import bpy
 
 from ..core.errors import NpmError
-from . import decoders, deviation, levels, linked, playback
+from . import decoders, deviation, levels, linked, playback, viewport
 
 # An update that takes longer waits until the panel has been drawn with the slider's new place. It costs one redraw more;
 # Blender itself passes on only the last of the mouse's moves that are waiting.
@@ -14,16 +14,22 @@ _seconds: dict[str, float] = {}  # what the last update of a stream took
 _waiting: set[int] = set()  # session_uid of objects that the timer will update
 
 
-def on_change(state, context: bpy.types.Context) -> None:
-    """Update callback of the level and the number of features: clamp, then show now or from the timer."""
+def set_features(state, features: int) -> None:
+    """Use this many features, at most those that arrived."""
+    state.kept_features = min(features, state.arrived_features) if state.is_preview else features
+    _follow(state)
+
+
+def set_level(state, level: int) -> None:
+    """Show this level, or the finest."""
+    state.kept_level = min(level, state.level_count) if state.is_preview else level
+    _follow(state)
+
+
+def _follow(state) -> None:
+    """Show what the properties say, now or from the timer."""
     obj = state.id_data
     if not state.is_preview or obj.mode != "OBJECT" or levels.foreign(obj):
-        return
-    if state.features > state.arrived_features:
-        state.features = state.arrived_features  # calls this function again
-        return
-    if int(state.level) > state.level_count:
-        state.level = str(state.level_count)
         return
     if bpy.app.background or _seconds.get(state.digest, 0.0) <= FAST_SECONDS:
         show_or_say(obj)
@@ -64,6 +70,7 @@ def show_or_say(obj: bpy.types.Object) -> None:
         deviation.request(obj)
     except NpmError as error:
         obj.npmesh.problem = str(error)
+    viewport.redraw_panels()
 
 
 @bpy.app.handlers.persistent

@@ -1,4 +1,4 @@
-"""What solid viewports colour by: attributes while a deviation is shown, then what the user had chosen again.
+"""Sidebars drawn again; what solid viewports colour by: attributes while a deviation is shown, then what the user had chosen.
 
 The choice is kept on the screen, which is saved with the .blend and, like the shading itself, not undone.
 """
@@ -26,6 +26,15 @@ def restore_viewports() -> None:
     for screen in bpy.data.screens:
         if KEY in screen:
             _restore(screen)
+
+
+def redraw_panels() -> None:
+    """Draw the sidebars again; not the viewports, which may take long."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            for region in area.regions:
+                if area.type == "VIEW_3D" and region.type == "UI":
+                    region.tag_redraw()
 
 
 def _spaces(screen: bpy.types.Screen) -> dict[str, bpy.types.SpaceView3D]:

@@ -1,6 +1,10 @@
 """The state of a preview: what its stream is, what of it is shown, and what the panel says of it.
 
 Numbers that panels draw are stored: drawing never decodes.
+
+After a property with an update callback Blender draws every area of every window again, and evaluates the object once
+more. What a user drags is therefore got and set by functions, kept in a property of its own (`kept_..`), and only what
+shows it is drawn.
 """
 import bpy
 from bpy.props import (
@@ -51,11 +55,13 @@ class PreviewProperties:
 
     # What is shown, set by the user
     features: IntProperty(
-        name="Features", min=0, options=set(), update=updates.on_change,
+        name="Features", min=0, options=set(),
+        get=lambda self: self.kept_features, set=lambda self, value: updates.set_features(self, value),
         description="How many features are used, in the order in which they are sent. A feature is a handful of "
                     "numbers that tell one face of one level how to bend")
     level: EnumProperty(
-        name="Level", default="0", options=set(), update=updates.on_change,
+        name="Level", options=set(),
+        get=lambda self: self.kept_level, set=lambda self, value: updates.set_level(self, value),
         description="Subdivision level that is shown",
         items=tuple((str(k), str(k), f"Base subdivided {k} times, {4 ** k} times its faces" if k else "Base mesh")
                     for k in range(MAX_LEVELS + 1)))
@@ -87,6 +93,10 @@ class PreviewProperties:
     play_rate: FloatProperty(
         name="Line (kbit/s)", default=64, min=0.1, soft_max=10_000, max=10_000_000, precision=1, options=set(),
         description="Speed of the line over which the stream is played, in thousands of bits per second")
+
+    # What the user set
+    kept_features: IntProperty(min=0, options=set(), description="How many features are used")
+    kept_level: IntProperty(min=0, max=MAX_LEVELS, options=set(), description="Subdivision level that is shown")
 
     # What is on the screen now, for the panel
     budget_bytes: IntProperty(description="The budget that was set last")

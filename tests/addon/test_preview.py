@@ -80,6 +80,21 @@ def test_setting_the_same_value_again_writes_nothing(opened):
     assert opened.data.vertices[0].co.x == moved
 
 
+@pytest.mark.parametrize(("name", "value"), [("features", 5), ("level", "1"), ("detail", 50), ("budget", 0.5)])
+def test_blender_evaluates_what_has_changed_and_nothing_else(opened, name, value):
+    def tagged():
+        seen = []
+        bpy.app.handlers.depsgraph_update_post.append(lambda scene, depsgraph: seen.extend(u.id.name for u in depsgraph.updates))
+        setattr(opened.npmesh, name, value)
+        bpy.context.view_layer.update()
+        bpy.app.handlers.depsgraph_update_post.pop()
+        return seen
+
+    bpy.context.view_layer.update()
+    assert opened.name in tagged()
+    assert tagged() == []  # set again
+
+
 def test_values_beyond_the_stream_are_clamped(opened):
     opened.npmesh.features = 10**6
     opened.npmesh.level = "6"

@@ -66,6 +66,28 @@ def check_dragging_the_slider():
     say(f"  setting the slider took {1000 * took[len(took) // 2]:.1f} ms, at most {1000 * took[-1]:.1f} ms")
 
 
+def check_the_slider_draws_only_what_shows_it():
+    yield from compressed(5)
+    obj, drawn = active(), {"viewport": 0, "timeline": 0}
+
+    def count(name):
+        drawn[name] += 1
+
+    watched = [(space, space.draw_handler_add(count, (name,), "WINDOW", "POST_PIXEL"))
+               for space, name in ((bpy.types.SpaceView3D, "viewport"), (bpy.types.SpaceDopeSheetEditor, "timeline"))]
+    for area in bpy.context.window_manager.windows[0].screen.areas:
+        area.tag_redraw()
+    yield from until(lambda: all(drawn.values()))  # both are there
+    yield 0.5
+    before = dict(drawn)
+    for name, value in (("features", 3), ("detail", 60), ("budget", 0.5)):
+        setattr(obj.npmesh, name, value)
+        yield from shown()
+    for space, handler in watched:
+        space.draw_handler_remove(handler, "WINDOW")
+    assert drawn["viewport"] >= before["viewport"] + 3 and drawn["timeline"] == before["timeline"], f"{before}, then {drawn}"
+
+
 def check_a_size_limit_and_the_slider():
     obj = fresh_object(5)
     obj.npmesh.size_limit = 1.5
