@@ -170,6 +170,8 @@ def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, 
         X = V + _descend(own, cross, level.edges, right, fixed, ITERATIONS, TOLERANCE)
         n = np.cross(X[F[:, 1]] - X[F[:, 0]], X[F[:, 2]] - X[F[:, 0]])
         turned = (n * normal).sum(1) < TURNED * np.linalg.norm(n, axis=1)
+        if not turned.any():
+            break
         spring[F[turned].reshape(-1)] *= STIFFER
     return X
 
