@@ -3,12 +3,13 @@
 Most of a stream's bytes go best into the base: a face of it costs less than two bytes, and what it shows no feature shows
 as cheaply where edges are sharp or parts thin. Measured on the validation split: docs/performance.md.
 """
+from .settings import LodSettings
 
 HEAD = 100  # bytes of a stream that are neither base nor features
 FACES = 0.47  # of the base for each byte; the features get what is left, a tenth to a quarter
 FEWEST, MOST = 40, 40_000  # base faces
 FINEST = 62_000  # faces of the finest level at most, if that leaves more than one
-LEVELS = 3  # at most
+LEVELS = LodSettings.levels  # at most
 
 
 def base_faces(budget: int) -> int:

@@ -5,7 +5,7 @@ A preset is nothing but its numbers: it is what the numbers say, and setting it 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
-from ..core.settings import AUTO, CompressSettings, LodSettings
+from ..core.settings import AUTO, LEAST_BUDGET, CompressSettings, LodSettings
 
 MAX_LEVELS = 6
 _LOD, _WHOLE = LodSettings(), CompressSettings()
@@ -41,11 +41,19 @@ def set_preset(source: "CompressionProperties", name: str) -> None:
         setattr(source, key, value)
 
 
+def _no_smaller(source: "CompressionProperties", context: bpy.types.Context) -> None:
+    """Update callback of the size limit: no limit, or one that a file can keep to."""
+    least = LEAST_BUDGET / 1000
+    if 0 < source.size_limit < least:
+        source.size_limit = least
+
+
 class CompressionProperties:
     """The settings, once for objects and operators; the numbers and their ranges are those of the core."""
 
     size_limit: FloatProperty(
         name="Size Limit (kB)", default=0, min=0, soft_max=100, max=1e6, precision=2, step=10, options=_OPERATOR_FORGETS,
+        update=_no_smaller,
         description="Fit the file into so many kilobytes, of 1000 bytes each, with the base and the levels that show most "
                     "for them. 0 sets no limit: the base is as below, and all features are kept")
     auto_base: BoolProperty(
