@@ -18,7 +18,8 @@ _VERTICES, _FACES = 24, 64  # room for vertices and faces of a patch, times 4^L
 class Patch(NamedTuple):
     """Work space: w (3,), best (4,), where (4,) of `improve`; the vertices and faces of a patch, and what is kept of the
     vertices (face and barycentrics); marks of all vertices and faces; when a vertex last moved, and when single steps last
-    failed at a face; state (4,): last mark, random state, trials left, the time that moved and failed count in."""
+    failed at a face; state (4,): last mark, random state, vertices that trials may still move, the time that moved and
+    failed count in."""
 
     w: np.ndarray
     best: np.ndarray
@@ -33,12 +34,12 @@ class Patch(NamedTuple):
     state: np.ndarray
 
     @staticmethod
-    def make(vertices: int, faces: int, levels: int, trials: int) -> "Patch":
-        """Work space for that many points and faces in all, levels and trials."""
+    def make(vertices: int, faces: int, levels: int, work: int) -> "Patch":
+        """Work space for that many points and faces in all, levels; work: vertices that trials may move."""
         room = _VERTICES * 4**levels
         return Patch(np.zeros(3), np.zeros(4), np.zeros(4), np.zeros(room, np.int64), np.zeros(_FACES * 4**levels, np.int64),
                      np.zeros((room, 4)), np.zeros(vertices, np.int64), np.zeros(faces, np.int64),
-                     np.zeros(vertices, np.int64), np.zeros(faces, np.int64), np.array([0, 1, trials, 0]))
+                     np.zeros(vertices, np.int64), np.zeros(faces, np.int64), np.array([0, 1, work, 0]))
 
 
 @compiled

@@ -21,8 +21,9 @@ PASSES = 12
 HOME = 3  # rounds in which base vertices walk home
 # trials for a face, and the share of the projected area that is to stay: what keeps it is tried first
 ROUNDS = ((4, 0.97), (8, 0.97), (16, 0.95), (24, 0.9), (32, 0.8))
-TRIALS = 16_000  # of shaking in all: bounds the time that a hopeless mesh takes
-SLICE = 100  # trials, or base vertices, between two calls of `progress`: some tenths of a second at most
+WORK = 1_500_000  # vertices that trials of shaking may move, in all: bounds the time that a hopeless mesh takes
+SLICE = 5000  # of them between two calls of `progress`: some tenths of a second
+HOME_SLICE = 100  # base vertices between two calls
 MESSAGE = "Unfolding the levels"
 
 
@@ -81,7 +82,7 @@ def _steps(surface, rings, points, levels, passes, patch, covered):
 
 @compiled
 def _shakes(surface, rings, points, at, most, trials, patch, covered):
-    """Shake the turned faces from number `at` on, `most` trials at most; the number of the next face, or that of all."""
+    """Shake the turned faces from number `at` on until `most` vertices moved; the number of the next face, or that of all."""
     levels, level = len(rings.out), 0
     least = patch.state[2] - most
     for f in range(at, rings.first[levels]):
@@ -110,20 +111,20 @@ def relax(mesh: TriMesh, opposite: np.ndarray, normals: np.ndarray, levels: list
     N = np.einsum("nk,nkd->nd", b, normals[at])
     N /= np.linalg.norm(N, axis=1, keepdims=True) + 1e-300
     rings = rings_of(levels)
-    patch = Patch.make(len(P), len(rings.F), len(rings.out), TRIALS)
+    patch = Patch.make(len(P), len(rings.F), len(rings.out), WORK)
     points, start = Points(face, b, P, N), P.copy()
     for _ in range(HOME):
         done = 0
-        for at in range(0, len(home), SLICE):
+        for at in range(0, len(home), HOME_SLICE):
             progress(0.0, MESSAGE)
-            done += go_home(surface, rings, points, home, at, at + SLICE, patch)
+            done += go_home(surface, rings, points, home, at, at + HOME_SLICE, patch)
         if not done:
             break
     for trials, covered in ROUNDS:
         _steps(surface, rings, points, len(rings.out), PASSES, patch, covered)
         at = 0
         while at < len(rings.F) and patch.state[2] > 0:
-            progress(1 - patch.state[2] / TRIALS, MESSAGE)
+            progress(1 - patch.state[2] / WORK, MESSAGE)
             at = _shakes(surface, rings, points, at, SLICE, trials, patch, covered)
     _halve(surface, points, start, levels[-1].edges[:len(face) - levels[-1].n], patch)
     return face, b

@@ -85,7 +85,6 @@ def shake(surface, rings, points, f, level, levels, trials, patch, covered):
     for trial in range(trials):
         if patch.state[2] <= 0:
             break
-        patch.state[2] -= 1
         patch.state[0] += 1
         count = 0
         for c in range(3):
@@ -101,6 +100,7 @@ def shake(surface, rings, points, f, level, levels, trials, patch, covered):
             for i in range(count):
                 _throw(surface, points, patch.vertices[i], size, patch)
         count = carry(surface, rings, points, level, patch, count)
+        patch.state[2] -= count
         faces = faces_round(rings, patch, count)
         swap(surface, points, patch, count)
         before = fitness(rings, points, patch, faces)

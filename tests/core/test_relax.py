@@ -116,7 +116,7 @@ def test_the_same_points_on_every_run():
 def test_a_surface_that_takes_long_can_be_cancelled_and_slices_change_nothing(monkeypatch):
     d = decimate(plate(), 100)
     one, seen = levels(d, 3), []
-    monkeypatch.setattr("npm_blender.core.relax.SLICE", 3)
+    monkeypatch.setattr("npm_blender.core.relax.SLICE", 30)
     two = levels(d, 3, progress=lambda fraction, message: seen.append(fraction) if message == MESSAGE else None)
     assert np.array_equal(one.V, two.V) and len(seen) > 10 and all(0.6 <= fraction <= 0.65 for fraction in seen)
 
