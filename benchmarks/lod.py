@@ -115,6 +115,8 @@ def validity(rows: dict[str, dict]) -> list[str]:
         + ", ".join(f"{100 * s:.2f} %" for s in share.mean(0))
         + f"; meshes with more than 0.1 % at level {LEVELS}: {(share[:, -1] > 1e-3).sum()}.",
         "",
+        *turned_by_handles(np.array([row["handles"] for row in good]), share[:, -1]),
+        "",
         f"Border length of level {LEVELS} over the input's, {len(border)} open meshes: median {np.median(border):.4f}, "
         f"within 2 % on {100 * np.mean(np.abs(border - 1) < 0.02):.1f} %, least {border.min():.3f}, most {border.max():.3f}.",
     ]
