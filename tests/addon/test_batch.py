@@ -66,7 +66,7 @@ def test_a_worker_that_crashes_costs_one_object(part, monkeypatch):
     poll = jobs.CompressJob.poll
 
     def crashing(job):
-        if job.position == 1 and not crashed:
+        if job.position >= 1 and not crashed:
             crashed.append(job._process.pid)
             job._process.kill()
             job._process.wait()
@@ -75,8 +75,11 @@ def test_a_worker_that_crashes_costs_one_object(part, monkeypatch):
     monkeypatch.setattr(jobs.CompressJob, "poll", crashing)
     add_objects("A", "B", "C")
     message = refusal(bpy.ops.object.npmesh_compress, **QUICK)
-    assert "'B': The worker process ended early" in message and "Traceback" not in message
-    assert {o.npmesh.source.name for o in bpy.context.selected_objects if o.npmesh.is_preview} == {"A", "C"}
+    # the worker may be one object ahead of what has been read of it
+    failed = [name for name in "BC" if f"'{name}': The worker process ended early" in message]
+    assert len(failed) == 1 and "Traceback" not in message
+    shown = {o.npmesh.source.name for o in bpy.context.selected_objects if o.npmesh.is_preview}
+    assert shown == {"A", "B", "C"} - set(failed)
     assert not leftovers()
 
 
