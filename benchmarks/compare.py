@@ -110,8 +110,6 @@ def main() -> None:
     for entry in found:
         missing = tuple(m for m in o.methods if entry.name not in have[m])
         if missing:
-            if len(tasks) % 2:  # two processes that start cold compile different code first, and find the other's
-                missing = missing[::-1]
             tasks.append(Task(entry.name, entry, missing, o.samples, settings))
 
     def keep(task: Task, rows: dict) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 
 LIMIT_SECONDS = 20
 BLOCK = 12  # changes of one object before the other's turn; all levels as often
-SHARE = 0.12  # of the window's width and height that the viewport keeps: a card draws pixels at once, software does not
+SHARE = 0.3  # of the window's width and height that the viewport keeps
 Frames = Generator[None, None, float]
 
 

@@ -40,7 +40,7 @@ FIRST, EACH = 300, 20  # seconds: the first run of all may compile everything; t
 
 # largest distances, unit frame, between the faces of the input and those of the finest level, where the shape is no
 # smooth surface that 100 faces can follow
-COARSE = {"Klein bottle": 0.08, "holes that touch": 0.06, "fifty tiny parts beside a big one": 0.04,
+COARSE = {"Klein bottle": 0.06, "holes that touch": 0.06, "fifty tiny parts beside a big one": 0.04,
           "needles, a million times as long as wide": 0.09}
 # share of faces turned against the mapped normals: random or without thickness, so that normals mean little
 CROOKED = {"Klein bottle": 0.3, "a plate of two sides 1e-9 apart": 0.1, "quads and concave polygons as OBJ": 0.05,
