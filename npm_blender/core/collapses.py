@@ -4,9 +4,10 @@ from typing import NamedTuple
 import numpy as np
 
 from .borderedges import corners_after, edge_before
-from .edgeheap import DEAD, REJECTED, put, take
+from .edgeheap import DEAD, LOCKED, REJECTED, put, take
 from .flatten import flatten
 from .halfedge import ANCHORED, EDGE, INNER, MAX_RING, collapse, following, gather, is_border, links_meet, preceding
+from .history import AT, COLLAPSE, FACE, FIRST, NEXT, PREVIOUS, RING, S1, S2, SIDES
 from .jit import compiled
 from .quadric import best_point
 
@@ -93,29 +94,29 @@ def shape_holds(X, ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
 def _record(hist, counts, scratch, r, t, s1, s2, gone):
     """Append the collapse in `scratch` to the history; gone: number of faces that vanish."""
     c, e, at = counts[2], counts[3], counts[4]
-    hist.at[c], hist.ring[c], hist.sides[c], hist.s1[c], hist.s2[c] = at, r, t, s1, s2
+    row = hist.collapses[c]
+    row[FIRST], row[AT], row[RING], row[SIDES], row[S1], row[S2] = e, at, r, t, s1, s2
     for q in range(t + gone):
         f = scratch.face[q] >> 2
         before = hist.head[f]
-        hist.face[e + q] = scratch.face[q]
-        hist.collapse[e + q] = c
-        hist.previous[e + q] = before
-        hist.next[e + q] = -1
+        entry = hist.entries[e + q]
+        entry[FACE], entry[COLLAPSE], entry[PREVIOUS], entry[NEXT] = scratch.face[q], c, before, -1
         if before >= 0:
-            hist.next[before] = e + q
+            hist.entries[before, NEXT] = e + q
         else:
             hist.tail[f] = e + q
         hist.head[f] = e + q
     for q in range(r + 3):
         hist.uv[at + q] = scratch.uv[q]
-    hist.first[c] = e
-    hist.first[c + 1] = e + t + gone
+    hist.collapses[c + 1, FIRST] = e + t + gone
     counts[2], counts[3], counts[4] = c + 1, e + t + gone, at + r + 3
 
 
 @compiled(inline="always")
 def _enter(queue, tests, e, stage, size):
-    """Put edge e into the queue for the tests of a stage; returns the new size."""
+    """Put edge e into the queue for the tests of a stage, unless it is locked; returns the new size."""
+    if queue.place[e] == LOCKED:
+        return size
     queue.stage[e] = stage
     return put(queue.heap, queue.place, queue.price, e, tests.price[stage] * (queue.error[e] + LEAST), size)
 
@@ -224,8 +225,8 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
         if counts[0] <= target:
             status = DONE
             break
-        if (done >= collapses or counts[2] + 1 >= len(hist.first)
-                or counts[3] + spare > len(hist.face) or counts[4] + spare > len(hist.uv)):
+        if (done >= collapses or counts[2] + 1 >= len(hist.collapses)
+                or counts[3] + spare > len(hist.entries) or counts[4] + spare > len(hist.uv)):
             break
         if size == 0:
             status = EMPTY

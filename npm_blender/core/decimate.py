@@ -13,7 +13,7 @@ import numpy as np
 
 from .borderedges import Corners
 from .collapses import DONE, EMPTY, LEAST, Queue, Scratch, Tests, run
-from .edgeheap import REJECTED, heapify
+from .edgeheap import DEAD, REJECTED, heapify
 from .errors import MeshError
 from .halfedge import Half, connect
 from .history import History
@@ -21,6 +21,7 @@ from .leastfaces import least_faces, too_many_parts
 from .mesh import TriMesh
 from .progress import Progress, no_progress
 from .quadric import edge_costs, vertex_quadrics
+from .regions import decimate_regions, worth_dividing
 from .settings import AUTO
 from .topology import opposite_halfedges
 
@@ -82,8 +83,8 @@ def half_edges(mesh: TriMesh) -> Half:
 
 
 def _requeue(queue: Queue) -> int:
-    """Put the rejected edges back, for the first tests; returns the number of edges in the queue."""
-    again = np.flatnonzero((queue.place >= 0) | (queue.place == REJECTED)).astype(np.int32)
+    """Put the rejected and the locked edges back, for the first tests; returns the number of edges in the queue."""
+    again = np.flatnonzero(queue.place != DEAD).astype(np.int32)
     queue.heap[:len(again)] = again
     queue.stage[again] = 0
     queue.price[again] = STAGES[0].price * (queue.error[again] + LEAST)
@@ -123,14 +124,19 @@ def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) 
     error = edge_costs(quadrics, half.X, half.corner, half.start)
     queue = Queue(np.arange(edges, dtype=np.int32), np.full(edges, REJECTED, np.int32), np.empty(edges), error,
                   np.zeros(edges, np.int8))
-    _requeue(queue)
     tests = Tests(*(np.array(column, np.float64) for column in zip(*STAGES, strict=True)))
     history = History.empty(total)
     scratch = Scratch.make()
     corners = Corners.of(half, enough or base_faces)
     counts = np.array([total, edges, 0, 0, 0, 0, variant, 0], np.int64)  # see `run`
     counts[7] = (opposite == np.arange(len(opposite))).any()
-    before = 0
+    most, faces = max(base_faces, enough), total + 1
+    while worth_dividing(counts[0], most) and counts[0] < faces:
+        faces = counts[0]
+        history = decimate_regions(half, quadrics, queue, corners, history, counts, tests, most, dear,
+                                   lambda share, message: progress(share * 0, message), "Decimating")
+    counts[1] = _requeue(queue)
+    before = counts[2]
     while counts[0] > base_faces:
         history = history.with_room(counts, SLICE)
         reason = run(half, quadrics, queue, corners, history, scratch, counts, base_faces, SLICE, tests, enough, dear)

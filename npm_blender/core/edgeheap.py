@@ -1,7 +1,7 @@
 """A binary heap of edges with their places, so that an edge's cost can be changed or the edge removed."""
 from .jit import compiled
 
-REJECTED, DEAD = -1, -2  # values of `place` for edges that are not in the heap
+REJECTED, DEAD, LOCKED = -1, -2, -3  # values of `place` for edges that are not in the heap
 
 
 @compiled

@@ -25,3 +25,19 @@ def in_morton_order(mesh: TriMesh) -> TriMesh:
     place[order] = np.arange(len(order), dtype=np.int32)
     F = place[mesh.F]
     return TriMesh(mesh.V[order], np.ascontiguousarray(F[np.argsort(F.min(1), kind="stable")]))
+
+
+def boxes(P: np.ndarray, most: int) -> np.ndarray:
+    """Points P (n, 3) divided into boxes of at most `most` points, by halves along the longest side: box (n,) int32."""
+    out = np.zeros(len(P), np.int32)
+    groups, found = [np.arange(len(P))], 0
+    while groups:
+        group = groups.pop()
+        if len(group) <= most:
+            out[group] = found
+            found += 1
+            continue
+        side = np.ptp(P[group], axis=0).argmax()
+        order = group[np.argpartition(P[group, side], len(group) // 2)]
+        groups += [order[len(group) // 2:], order[:len(group) // 2]]
+    return out

@@ -7,6 +7,7 @@ from .border import follow_border
 from .decimate import Decimation, decimate
 from .fit import fit, upright
 from .mesh import TriMesh
+from .parallel import each
 from .progress import Progress, no_progress, part
 from .relax import relax
 from .settings import LodSettings
@@ -14,7 +15,7 @@ from .ssp import to_fine
 from .subdivide import Level, hierarchy
 
 MESSAGE = "Mapping the levels"
-SLICE = 20_000  # points mapped between two calls of `progress`
+SLICE = 4000  # points mapped between two calls of `progress`
 
 
 @dataclass(frozen=True)
@@ -99,10 +100,12 @@ def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_fa
     b = np.take_along_axis(b, (np.arange(3)[None] - turn[base][:, None]) % 3, 1)
     order = np.argsort(halfedge, kind="stable")
     face, at = np.empty(len(order), np.int32), np.empty((len(order), 3))
-    for start in range(0, len(order), SLICE):
-        progress(start / len(order), MESSAGE)
+
+    def task(start: int) -> None:
         now = order[start:start + SLICE]
         face[now], at[now] = to_fine(decimation, old_face[base[now]], b[now])
+
+    each(task, range(0, len(order), SLICE), progress, MESSAGE)
     return face, at
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from .decimate import Decimation
 from .flatten import twice_area
+from .history import AT, COLLAPSE, FACE, FIRST, NEXT, PREVIOUS, RING, S1, S2, SIDES
 from .jit import compiled
 
 _SNAP = 1e-10  # barycentric coordinates below this are zero
@@ -16,7 +17,8 @@ _SNAP = 1e-10  # barycentric coordinates below this are zero
 @compiled
 def _triangle(hist, c, q, before):
     """Indices into uv of the corners (owner, next, next) of entry number q of collapse c, before or after it."""
-    at, r, t, s1, s2 = hist.at[c], hist.ring[c], hist.sides[c], hist.s1[c], hist.s2[c]
+    row = hist.collapses[c]
+    at, r, t, s1, s2 = row[AT], row[RING], row[SIDES], row[S1], row[S2]
     i = at + r
     if q < t:
         owner = i + 2
@@ -31,10 +33,11 @@ def _triangle(hist, c, q, before):
 @compiled
 def _on_border(hist, c, q, before, corner):
     """Whether the side opposite to a corner (0: owner) of entry number q of collapse c is on the mesh's border."""
-    r, t, s1, s2 = hist.ring[c], hist.sides[c], hist.s1[c], hist.s2[c]
+    row = hist.collapses[c]
+    r, t, s1, s2 = row[RING], row[SIDES], row[S1], row[S2]
     if r == t:
         return False
-    anchored = hist.first[c + 1] - hist.first[c] == t + 2
+    anchored = hist.collapses[c + 1, FIRST] - row[FIRST] == t + 2
     if q < t:
         if corner == 2 and q == 0:
             return not before or (s1 > 0 if anchored else s2 > 0)
@@ -49,7 +52,7 @@ def _on_border(hist, c, q, before, corner):
 @compiled
 def _along_border(hist, c, p, count, to_before, b):
     """Put p on the nearest border side of the other side of collapse c; returns its entry, b (3,) gets barycentrics."""
-    first = hist.first[c]
+    first = hist.collapses[c, FIRST]
     nearest, at, corner, share = np.inf, 0, 0, 0.0
     for q in range(count):
         a0, a1, a2 = _triangle(hist, c, q, to_before)
@@ -64,7 +67,7 @@ def _along_border(hist, c, p, count, to_before, b):
             gap2 = gap.real * gap.real + gap.imag * gap.imag
             if gap2 < nearest:
                 nearest, at, corner, share = gap2, q, s, x
-    k = (hist.face[first + at] & 3) + corner
+    k = (hist.entries[first + at, FACE] & 3) + corner
     b[k % 3], b[(k + 1) % 3], b[(k + 2) % 3] = 0.0, 1.0 - share, share
     return first + at
 
@@ -72,14 +75,15 @@ def _along_border(hist, c, p, count, to_before, b):
 @compiled
 def _step(hist, entry, b, to_before):
     """Move barycentrics b (3,) of the entry's face to the other side of its collapse; returns the new face's entry."""
-    c = hist.collapse[entry]
-    first = hist.first[c]
-    k = hist.face[entry] & 3
+    c = hist.entries[entry, COLLAPSE]
+    k = hist.entries[entry, FACE] & 3
+    first, ring, sides = hist.collapses[c, FIRST], hist.collapses[c, RING], np.int64(hist.collapses[c, SIDES])
+    faces = np.int64(hist.collapses[c + 1, FIRST] - first)
     number = entry - first
     a0, a1, a2 = _triangle(hist, c, number, not to_before)
     p = b[k] * hist.uv[a0] + b[(k + 1) % 3] * hist.uv[a1] + b[(k + 2) % 3] * hist.uv[a2]
-    count = hist.first[c + 1] - first if to_before else np.int64(hist.sides[c])
-    border_vertex = hist.ring[c] > hist.sides[c] and (to_before or hist.first[c + 1] - first == hist.sides[c] + 1)
+    count = faces if to_before else sides
+    border_vertex = ring > sides and (to_before or faces == sides + 1)
     if border_vertex and b[k] == 1.0:
         return _along_border(hist, c, p, count, to_before, b)
     for s in range(3):
@@ -99,7 +103,7 @@ def _step(hist, entry, b, to_before):
     w0, w1, w2 = max(w0, 0.0), max(w1, 0.0), max(w2, 0.0)
     total = w0 + w1 + w2
     entry = first + at
-    k = hist.face[entry] & 3
+    k = hist.entries[entry, FACE] & 3
     b[k], b[(k + 1) % 3], b[(k + 2) % 3] = w0 / total, w1 / total, w2 / total
     for s in range(3):
         if b[s] < _SNAP:
@@ -116,8 +120,8 @@ def _descend(hist, face, b):
         e = hist.head[face[p]]
         while e >= 0:
             e = _step(hist, e, b[p], True)
-            face[p] = hist.face[e] >> 2
-            e = hist.previous[e]
+            face[p] = hist.entries[e, FACE] >> 2
+            e = hist.entries[e, PREVIOUS]
 
 
 @compiled
@@ -126,8 +130,8 @@ def _ascend(hist, face, b):
         e = hist.tail[face[p]]
         while e >= 0:
             e = _step(hist, e, b[p], False)
-            face[p] = hist.face[e] >> 2
-            e = hist.next[e]
+            face[p] = hist.entries[e, FACE] >> 2
+            e = hist.entries[e, NEXT]
 
 
 def to_fine(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from npm_blender.core.decimate import decimate
 from npm_blender.core.flatten import twice_area
+from npm_blender.core.history import AT, FIRST, RING, SIDES
 from npm_blender.core.ssp import _triangle, to_coarse, to_fine
 from npm_blender.core.topology import opposite_halfedges
 
@@ -115,10 +116,10 @@ def test_the_map_holds_down_to_the_smallest_base(shape, seed, noise):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_flattening_is_positively_oriented_on_both_sides(shape):
     history = decimate(SHAPES[shape](noise=0.03), 4).history
-    for c in range(len(history.at) - 1):
-        first, stop = history.first[c], history.first[c + 1]
+    for c in range(len(history.collapses) - 1):
+        first, stop = history.collapses[c:c + 2, FIRST]
         for q in range(stop - first):
-            for before in (True, False) if q < history.sides[c] else (True,):
+            for before in (True, False) if q < history.collapses[c, SIDES] else (True,):
                 corners = _triangle(history, c, q, before)
                 assert twice_area(*(history.uv[k] for k in corners)) > 0
 
@@ -135,12 +136,12 @@ def off(points, path):
 @given(st.sampled_from(["sheet", "tube"]), st.integers(0, 99), st.floats(0, 0.03))
 def test_the_border_through_a_patch_is_the_same_line_on_both_sides(shape, seed, noise):
     history = decimate(SHAPES[shape](noise=noise, seed=seed), 4).history
-    for c in range(len(history.at) - 1):
-        r, t, at = history.ring[c], history.sides[c], history.at[c]
+    for c in range(len(history.collapses) - 1):
+        r, t, at = history.collapses[c, [RING, SIDES, AT]]
         if r == t:
             continue
         first, last, (i, j, k) = history.uv[at], history.uv[at + r - 1], history.uv[at + r:at + r + 3]
-        one = history.first[c + 1] - history.first[c] == t + 1
+        one = history.collapses[c + 1, FIRST] - history.collapses[c, FIRST] == t + 1
         before, after = [last, i, *([j] if one else []), first], [last, k, first]
         assert max(off(before, after), off(after, before)) < 1e-9
         assert np.abs(np.diff(before)).sum() == pytest.approx(np.abs(np.diff(after)).sum())

@@ -1,0 +1,114 @@
+"""The first collapses of a large mesh, on its regions side by side.
+
+The vertices are divided into boxes. A vertex is deep where no neighbour is in another box and none of its edges on the
+border; a collapse of an edge with two deep ends moves, joins and looks up vertices of its box only, and leaves a deep
+vertex deep. So the boxes can be decimated at the same time, each to a number of faces from which the base could still
+be made of that box alone; what is left, with the strips between the boxes, is divided again or decimated as a whole.
+Which boxes there are depends on the mesh and the number of base faces, not on the number of threads.
+"""
+import numpy as np
+
+from .borderedges import Corners
+from .collapses import DONE, EMPTY, LEAST, Queue, Scratch, Tests, run
+from .edgeheap import DEAD, LOCKED, heapify
+from .halfedge import Half, following, is_border, preceding
+from .history import History
+from .jit import compiled
+from .locality import boxes
+from .parallel import each
+from .progress import Progress
+
+LEFT = 4  # times the base's faces are left in a region
+DIVIDED = 10  # times as many faces as are left: those of a region at most
+SMALLEST = 16_000  # faces a region may have in any case
+LARGEST = 64_000  # where a region would need more, the mesh is decimated as a whole
+SLICE = 4000  # collapses for which the history of a region makes room at a time
+
+
+def _size(base_faces: int) -> tuple[int, int]:
+    """Faces that a region may have, and those that are left of it."""
+    left = LEFT * base_faces
+    return max(DIVIDED * left, SMALLEST), left
+
+
+def worth_dividing(faces: int, base_faces: int) -> bool:
+    """Whether a mesh of so many faces is large enough for regions."""
+    most, _ = _size(base_faces)
+    return most <= LARGEST and faces >= 2 * most
+
+
+@compiled
+def _assign(m, label, place, region, edges, faces):
+    """Lock the edges that no region may collapse; region (e,) gets the box of the others, -1 for dead and locked ones.
+
+    edges, faces (boxes,): how many each box has.
+    """
+    deep = np.zeros(len(label), np.bool_)
+    for v in range(len(label)):
+        if m.out[v] < 0 or is_border(m, v):
+            continue
+        h, inside = m.out[v], True
+        while True:
+            if label[m.corner[following(h)]] != label[v]:
+                inside = False
+                break
+            h = m.opposite[preceding(h)]
+            if h == m.out[v]:
+                break
+        deep[v] = inside
+    for e in range(len(place)):
+        region[e] = -1
+        if place[e] == DEAD:
+            continue
+        i, j = m.corner[m.start[e]], m.corner[following(m.start[e])]
+        if deep[i] and deep[j]:
+            region[e] = label[i]
+            edges[label[i]] += 1
+        else:
+            place[e] = LOCKED
+    for f in range(len(m.corner) // 3):
+        a, b, c = m.corner[3 * f], m.corner[3 * f + 1], m.corner[3 * f + 2]
+        if a >= 0 and label[a] == label[b] and label[b] == label[c]:
+            faces[label[a]] += 1
+
+
+def decimate_regions(half: Half, quadrics: np.ndarray, queue: Queue, corners: Corners, history: History, counts: np.ndarray,
+                     tests: Tests, base_faces: int, dear: float, progress: Progress, message: str) -> History:
+    """Collapse edges inside of boxes; returns the history with them, and counts (see `collapses.run`) follow.
+
+    Only edges that pass the first tests, at a price of at most `dear`. Raises what `progress` does.
+    """
+    most, left = _size(base_faces)
+    living = np.flatnonzero(half.out >= 0)
+    label = np.full(len(half.out), -1, np.int32)
+    label[living] = boxes(half.X[living], most // 2)
+    count = int(label.max()) + 1
+    region, edges, faces = np.empty(len(queue.place), np.int32), np.zeros(count, np.int64), np.zeros(count, np.int64)
+    _assign(half, label, queue.place, region, edges, faces)
+    order = np.argsort(region, kind="stable").astype(np.int32)[len(region) - edges.sum():]
+    queue.stage[order] = 0
+    queue.price[order] = tests.price[0] * (queue.error[order] + LEAST)
+    ends = np.cumsum(edges)
+    touched = np.full(len(half.corner) // 3, -1, np.int32), np.full(len(half.corner) // 3, -1, np.int32)
+    first_tests = Tests(*(column[:1] for column in tests))
+    stamp = int(counts[5])
+
+    def task(k: int) -> tuple[History, np.ndarray]:
+        mine = queue._replace(heap=order[ends[k] - edges[k]:ends[k]])
+        heapify(mine.heap, mine.place, mine.price, edges[k])
+        seed = int(counts[6]) + 2 * k if counts[6] else 0
+        own = np.array([faces[k], edges[k], 0, 0, 0, stamp, seed, 0], np.int64)
+        part, scratch = History.empty(0)._replace(head=touched[0], tail=touched[1]), Scratch.make()
+        while True:
+            part = part.with_room(own, SLICE)
+            reason = run(half, quadrics, mine, corners, part, scratch, own, left, SLICE, first_tests, len(region), dear)
+            if reason in (DONE, EMPTY):
+                return part.used(own), own
+
+    parts = each(task, range(count), progress, message)
+    for _, own in parts:
+        counts[5] = max(counts[5], own[5])
+    counts[0] -= sum(int(faces[k] - own[0]) for k, (_, own) in enumerate(parts))
+    joined = history.used(counts).followed_by([part for part, _ in parts])
+    counts[2:5] = len(joined.collapses) - 1, len(joined.entries), len(joined.uv)
+    return joined
