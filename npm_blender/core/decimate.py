@@ -19,7 +19,7 @@ from .halfedge import Half, connect
 from .history import History
 from .leastfaces import least_faces, too_many_parts
 from .mesh import TriMesh
-from .progress import Progress, no_progress
+from .progress import Progress, no_progress, part
 from .quadric import edge_costs, vertex_quadrics
 from .regions import decimate_regions, worth_dividing
 from .settings import AUTO
@@ -28,6 +28,8 @@ from .topology import opposite_halfedges
 FEWEST, MOST = 100, 2000  # base faces that are chosen from the shape
 DEAR = 4e-7  # price (squared distance times area, unit frame) of a collapse that such a base leaves out
 SLICE = 2000  # collapses between two calls of `progress`
+LEFT_SHARE = 0.2  # of the faces, left by the regions (see `regions`): an estimate, for the progress bar
+MESSAGE = "Decimating"
 
 
 class Stage(NamedTuple):
@@ -100,7 +102,8 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
     Where the parts of the mesh need more faces than base_faces, half as many as asked for are added to that need, so that
     the large parts are not starved by the small ones.
     variant 0 takes the cheapest edge; k > 0 a random one among about 100 cheapest, seeded by k. A closed mesh has an
-    even number of faces, so an odd target gives one face less. Deterministic. Raises MeshError if the mesh is not an
+    even number of faces, so an odd target gives one face less. A large mesh is decimated by its regions first, side by side
+    (see `regions`). Deterministic, whatever the number of threads. Raises MeshError if the mesh is not an
     oriented manifold, and whatever `progress` raises.
     """
     out = _collapse(mesh, base_faces, variant, progress)
@@ -114,7 +117,7 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
 
 def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) -> Decimation:
     """All collapses, as `decimate` describes them, to a number of faces or AUTO."""
-    progress(0.0, "Decimating")
+    progress(0.0, MESSAGE)
     enough, dear = (MOST, DEAR) if base_faces == AUTO else (0, np.inf)
     base_faces = FEWEST if base_faces == AUTO else base_faces
     half = half_edges(mesh)
@@ -131,16 +134,20 @@ def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) 
     counts = np.array([total, edges, 0, 0, 0, 0, variant, 0], np.int64)  # see `run`
     counts[7] = (opposite == np.arange(len(opposite))).any()
     most, faces = max(base_faces, enough), total + 1
+
+    def share(faces: float) -> float:
+        return (total - faces) / max(total - base_faces, 1)
+
     while worth_dividing(counts[0], most) and counts[0] < faces:
-        faces = counts[0]
-        history = decimate_regions(half, quadrics, queue, corners, history, counts, tests, most, dear,
-                                   lambda share, message: progress(share * 0, message), "Decimating")
+        faces = int(counts[0])
+        ahead = part(progress, share(faces), share(LEFT_SHARE * faces))
+        history = decimate_regions(half, quadrics, queue, corners, history, counts, tests, most, dear, ahead, MESSAGE)
     counts[1] = _requeue(queue)
     before = counts[2]
     while counts[0] > base_faces:
         history = history.with_room(counts, SLICE)
         reason = run(half, quadrics, queue, corners, history, scratch, counts, base_faces, SLICE, tests, enough, dear)
-        progress((total - counts[0]) / max(total - base_faces, 1), "Decimating")
+        progress(share(counts[0]), MESSAGE)
         if reason == DONE:
             break
         if reason == EMPTY:

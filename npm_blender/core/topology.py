@@ -21,18 +21,18 @@ def opposite_halfedges(F: np.ndarray) -> np.ndarray:
 
     Raises MeshError if an edge has more than two faces or two faces that run the same way.
     """
-    d = directed_edges(F).astype(np.int64)
-    n = int(F.max()) + 1
-    forward, backward = d[:, 0] * n + d[:, 1], d[:, 1] * n + d[:, 0]
-    order = np.argsort(forward, kind="stable")
-    ranked = forward[order]
-    doubled = int((ranked[1:] == ranked[:-1]).sum())
-    if doubled:
-        raise MeshError(f"Expected an oriented manifold, found {doubled} edges used twice in one direction; "
+    start, end = directed_edges(F).T
+    key = np.minimum(start, end).astype(np.int64) * (int(F.max()) + 1) + np.maximum(start, end)
+    order = np.argsort(key)
+    pair = key[order][1:] == key[order][:-1]
+    h, o = order[:-1][pair], order[1:][pair]
+    if (start[h] == start[o]).any() or (pair[1:] & pair[:-1]).any():
+        _, uses = np.unique(key * 2 + (start < end), return_counts=True)
+        raise MeshError(f"Expected an oriented manifold, found {(uses - 1).sum()} edges used twice in one direction; "
                         "clean the mesh first (--clean auto)")
-    at = np.minimum(np.searchsorted(ranked, backward), len(ranked) - 1)
-    found = ranked[at] == backward
-    return np.where(found, order[at], np.arange(len(d))).astype(np.int32)
+    out = np.arange(F.size, dtype=np.int32)
+    out[h], out[o] = o, h
+    return out
 
 
 def vertex_fans(F: np.ndarray, opposite: np.ndarray, n: int) -> np.ndarray:

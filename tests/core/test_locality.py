@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from npm_blender.core.locality import in_morton_order
+from npm_blender.core.locality import boxes, in_morton_order
 from npm_blender.core.mesh import TriMesh
 
 from .lod_meshes import torus
@@ -37,3 +37,23 @@ def test_points_in_one_place_and_no_points_at_all():
     assert np.array_equal(in_morton_order(one).F, one.F)
     none = TriMesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
     assert len(in_morton_order(none).V) == 0
+
+
+@given(st.integers(1, 400), st.integers(1, 60), st.integers(0, 2**32 - 1))
+def test_boxes_are_full_enough_and_no_fuller_than_asked(n, most, seed):
+    box = boxes(np.random.default_rng(seed).random((n, 3)), most)
+    sizes = np.bincount(box)
+    assert sizes.max() <= most and (sizes.min() >= most // 2 or len(sizes) == 1)
+    assert sizes.sum() == n and (sizes > 0).all()
+
+
+def test_boxes_do_not_overlap():
+    P = np.random.default_rng(1).random((1000, 3))
+    box = boxes(P, 100)
+    low, high = (np.array([f(P[box == k], axis=0) for k in range(box.max() + 1)]) for f in (np.min, np.max))
+    overlap = (low[:, None] < high[None]).all(2) & (low[None] < high[:, None]).all(2)
+    assert overlap.sum() == len(low)
+
+
+def test_points_in_one_place_are_divided_too():
+    assert np.bincount(boxes(np.zeros((100, 3)), 30)).max() <= 30

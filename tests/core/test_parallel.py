@@ -1,0 +1,54 @@
+import threading
+import time
+
+import pytest
+
+from npm_blender.core.errors import Cancelled
+from npm_blender.core.parallel import MOST, each, threads
+
+
+@pytest.mark.parametrize("count", ["1", "2", "5"])
+def test_results_come_in_the_order_of_the_pieces(count, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", count)
+    assert each(lambda k: (time.sleep(0.001 * (5 - k)), k * k)[1], range(6)) == [k * k for k in range(6)]
+
+
+def test_no_pieces_no_results():
+    assert each(abs, []) == []
+
+
+def test_pieces_run_side_by_side(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    meeting = threading.Barrier(2, timeout=10)
+    assert sorted(each(lambda _: meeting.wait(), range(2))) == [0, 1]
+
+
+def test_the_first_failure_is_raised_and_nothing_runs_on():
+    def task(k):
+        if k == 3:
+            raise ValueError("the third")
+        time.sleep(0.005)
+
+    with pytest.raises(ValueError, match="the third"):
+        each(task, range(50))
+    assert not any(t.name.startswith("ThreadPoolExecutor") for t in threading.enumerate())
+
+
+def test_a_cancel_drops_the_pieces_not_begun(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    done = []
+
+    def progress(share, message):
+        assert message == "Working"
+        if share > 0.05:
+            raise Cancelled()
+
+    with pytest.raises(Cancelled):
+        each(lambda k: (time.sleep(0.01), done.append(k)), range(100), progress, "Working")
+    assert len(done) < 50
+
+
+@pytest.mark.parametrize("asked,found", [("3", 3), ("1000", MOST), ("0", None), ("all", None), ("", None), ("-2", None)])
+def test_threads_follow_the_environment_where_it_names_a_number(asked, found, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", asked)
+    assert threads() == found or (found is None and 1 <= threads() <= MOST)
