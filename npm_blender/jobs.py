@@ -329,7 +329,9 @@ def _environment(folder: Path, machine: WorkerSettings) -> dict[str, str]:
 
 
 def _own_group() -> dict:
-    """Arguments of Popen that put the worker into a group of its own, without a console window."""
+    """Arguments of Popen that put the worker into a group of its own, without a console window; on Windows behind the
+    window in priority, which the worker sees to itself elsewhere."""
     if os.name == "posix":
         return {"start_new_session": True}
-    return {"creationflags": subprocess.CREATE_NO_WINDOW | subprocess.CREATE_NEW_PROCESS_GROUP}
+    flags = subprocess.CREATE_NO_WINDOW | subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.BELOW_NORMAL_PRIORITY_CLASS
+    return {"creationflags": flags}

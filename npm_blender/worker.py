@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 PATHS, CHECK = "paths.json", "check"
 SECONDS_BETWEEN_REPORTS = 0.05
+NICENESS = 10  # the window goes first where cores are few; on Windows the parent asks for that (see jobs.py)
 MEASURING = 0.1  # share of the progress bar for measuring the errors of what was compressed
 
 
@@ -193,6 +194,8 @@ def _tasks_until_parent_ends(folder: Path) -> "queue.SimpleQueue[int]":
 
 
 if __name__ == "__main__":
+    if hasattr(os, "nice"):
+        os.nice(NICENESS)
     status = run(Path(sys.argv[1]), _tasks_until_parent_ends(Path(sys.argv[1])))
     sys.stdout.flush()
     os._exit(status)  # not sys.exit: the watching thread still blocks on standard input

@@ -15,7 +15,7 @@ from .jit import compiled
 
 SEGMENTS = 8  # edges of the finest level along a base edge, at three levels
 LOSS = 0.005  # share of a loop's length that its unmarked vertices make up together
-SHARE = 0.25  # of the base's faces: border edges that the corners may ask for
+SHARE = 0.42  # of the base's faces: border edges that the corners may ask for; a quarter left lattices 5 % short
 SLACK = 1.25  # least factor by which the allowed number grows
 
 

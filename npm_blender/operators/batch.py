@@ -1,7 +1,8 @@
 """Compressing objects one after the other in one job: gather their meshes, follow the job, hand out the results."""
 import sys
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import bpy
@@ -11,12 +12,14 @@ from ..core.errors import MeshError, NpmError
 from ..core.settings import CompressSettings
 from ..dependencies import cache_folder
 from ..preferences import worker_settings
+from ..preview.threads import in_thread
 from .job_operator import JobOperator, Steps, one_line
 from .target import fingerprint
 
 if TYPE_CHECKING:
     from ..core.mesh import TriMesh
 
+_FED = object()  # what `feed` finds where every mesh was given to the job
 _rates: list[estimate.Rates] = []  # of this machine, once they are known
 
 
@@ -55,7 +58,7 @@ class BatchOperator(JobOperator):
         Raises DependencyError or OSError.
         """
         self._items = [Item(obj.session_uid, obj.name) for obj in sources]
-        self._settings, self._gathered, self._given = settings, 0, mesh
+        self._settings, self._given, self._feeding = settings, mesh, self._feed_all()
         seconds = expected_seconds(sources, settings, context.view_layer.depsgraph)
         job = jobs.CompressJob(seconds, bpy.app.tempdir, worker_settings())
         job.estimate = rates().start + sum(seconds)
@@ -68,27 +71,30 @@ class BatchOperator(JobOperator):
         return f"Compressing '{self._items[k].name}'" + (f" ({k + 1} of {total})" if total > 1 else "")
 
     def feed(self, context: bpy.types.Context) -> bool:
-        """Gather one more mesh, so that the window never waits for all of them."""
-        if self._gathered == len(self._items):
-            return False
-        job, item = self._job, self._items[self._gathered]
-        try:
-            obj = item.find()
-            if obj is None:
-                raise MeshError(f"Expected '{item.name}' in the scene, found it removed")
-            mesh, self._given = self._given, None
-            if mesh is None:
-                mesh = bridge.mesh_of(obj, context.evaluated_depsgraph_get())
-            item.made_from = fingerprint(mesh, self._settings)
-            twins = [k for k, other in enumerate(self._items[:self._gathered]) if other.made_from == item.made_from]
-            if twins:
-                job.repeat(twins[0])
-            else:
-                job.add(mesh, self._settings)
-        except NpmError as error:
-            job.refuse(error)
-        self._gathered += 1
-        return True
+        """Go on gathering the meshes, so that the window never waits for one to be written, or for all of them."""
+        return next(self._feeding, _FED) is not _FED
+
+    def _feed_all(self) -> Generator[None, None, None]:
+        """Give the job all items, in steps."""
+        job = self._job
+        yield  # the window first draws that the job has begun
+        for k, item in enumerate(self._items):
+            try:
+                obj = item.find()
+                if obj is None:
+                    raise MeshError(f"Expected '{item.name}' in the scene, found it removed")
+                mesh, self._given = self._given, None
+                if mesh is None:
+                    mesh = bridge.mesh_of(obj, bpy.context.evaluated_depsgraph_get())
+                yield
+                item.made_from = yield from in_thread(partial(fingerprint, mesh, self._settings))
+                twins = [j for j, other in enumerate(self._items[:k]) if other.made_from == item.made_from]
+                if twins:
+                    job.repeat(twins[0])
+                else:
+                    yield from in_thread(partial(job.add, mesh, self._settings))
+            except NpmError as error:
+                job.refuse(error)
 
     def finish(self, context: bpy.types.Context, outcomes: list) -> Steps:
         """Hand out what there is, one object a step, then report those that failed, by name."""

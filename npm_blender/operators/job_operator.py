@@ -8,6 +8,7 @@ from ..core.errors import NpmError
 from ..preview.viewport import redraw_panels
 
 TIMER_SECONDS = 0.1
+_WARM = object()  # what `_warming` yields once it has ended
 Steps = Generator[None, None, set | None]
 
 
@@ -21,7 +22,6 @@ class JobOperator:
     _job: jobs.Job | None = None
     _steps: Steps | None = None
     _text: str | None = None
-    _warm = False
 
     def doing(self) -> str:
         """What the job does now, for the status bar and the panel, as "Compressing 'Cube'"."""
@@ -44,7 +44,7 @@ class JobOperator:
 
     def run_job(self, context: bpy.types.Context, job: jobs.Job) -> set:
         """Let `job` end; returns the operator's result."""
-        self._job = job
+        self._job, self._warming = job, preview.warm_up()
         if self.blocks():
             try:
                 while self.feed(context):
@@ -95,12 +95,7 @@ class JobOperator:
         if self._steps is not None:
             return self._step(context)
         try:
-            if self.feed(context):
-                pass
-            elif not self._warm:
-                preview.warm_up()
-                self._warm = True
-            elif job.poll():
+            if not self.feed(context) and next(self._warming, _WARM) is _WARM and job.poll():
                 self._steps = self.finish(context, job.result())
         except (NpmError, OSError) as error:
             job.cancel()

@@ -64,13 +64,19 @@ def opened_ahead(received: "Received") -> Generator[None, None, None]:
     keep(digest, (yield from in_thread(work)))
 
 
-def warm_up() -> None:
-    """Load what opening a stream needs, while a job runs: it takes as long as opening. Problems show when it opens."""
+def warm_up() -> Generator[None, None, None]:
+    """Load what opening a stream needs, while a job runs, in steps: it takes as long as opening.
+
+    Problems show when a stream is opened.
+    """
+    def load() -> None:
+        from ..core import received, weights  # noqa: F401
+
+        weights.load()
+
     try:
         with named_dependencies():
-            from ..core import received, weights  # noqa: F401
-
-            weights.load()
+            yield from in_thread(load)
     except NpmError:
         pass
 
