@@ -3,7 +3,7 @@
     python -m benchmarks.lod CORPUS [--report docs/lod.md] [--processes 2]
 
 Validity on all meshes of every split, the floor (error of M^3 with nothing lost, fitted and sampled) on the val split,
-seconds on a sphere with bumps made here, beside libigl's qslim in the same run. Resumes; results lie in out/lod/.
+what it costs beside libigl's qslim (see lodcost.py). Resumes; results lie in out/lod/.
 """
 
 import argparse
@@ -18,7 +18,6 @@ import numpy as np
 
 from npm_blender.core.clean import clean
 from npm_blender.core.decimate import decimate
-from npm_blender.core.locality import in_morton_order
 from npm_blender.core.lod import levels
 from npm_blender.core.mesh import Frame, TriMesh
 from npm_blender.core.metrics import Original
@@ -27,8 +26,8 @@ from npm_blender.core.topology import opposite_halfedges, topology_of, vertex_fa
 
 from . import jobs
 from .corpus import Entry, entries
+from .lodcost import BASE_FACES, LEVELS, table
 
-BASE_FACES, LEVELS = 400, 3
 SPLITS = ("train", "val", "test")
 
 
@@ -148,39 +147,6 @@ def floor(rows: dict[str, dict]) -> list[str]:
     return [*lines, "| ratio | " + " | ".join(f"{x:.3f}" for x in mean["fitted"] / mean["sampled"]) + " |"]
 
 
-def cost() -> list[str]:
-    """Lines of the table of seconds, medians of three, one thread; and peak memory."""
-    import resource
-
-    import igl
-
-    from tests.shapes import bumpy
-
-    def timed(function, *arguments) -> tuple:
-        """The result and the processor seconds."""
-        begun = time.process_time()
-        result = function(*arguments)
-        return result, time.process_time() - begun
-
-    lines = ["| faces | decimate, s | levels, s | libigl qslim, s | ratio | peak memory, MB |", "|---|---|---|---|---|---|"]
-    levels(decimate(bumpy(3), 100), 1)
-    totals = []
-    for depth, repeats in ((6, 3), (8, 1)):
-        mesh = bumpy(depth)
-        unit = TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F)
-        rows = []
-        for _ in range(repeats):
-            decimation, one = timed(lambda m=unit: decimate(in_morton_order(m), BASE_FACES))
-            rows.append((one, timed(levels, decimation, LEVELS)[1]))
-        one, two = np.median(rows, axis=0)
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        V, F = np.asfortranarray(unit.V), np.asfortranarray(unit.F)
-        other = np.median([timed(igl.qslim, V, F, BASE_FACES)[1] for _ in range(repeats)])
-        totals.append((one + two) / len(unit.F))
-        lines.append(f"| {len(unit.F):,} | {one:.2f} | {two:.2f} | {other:.2f} | {(one + two) / other:.2f} | {peak:.0f} |")
-    return [*lines, "", f"Seconds per face of the large mesh over the small one's: {totals[1] / totals[0]:.2f}."]
-
-
 def main() -> None:
     """Read the options, measure what is missing, print or write the page."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
@@ -200,12 +166,12 @@ def main() -> None:
         "",
         f"Made {date.today()} by `python -m benchmarks.lod CORPUS{f' --floor-every {every}' if every > 1 else ''} "
         f"--report docs/lod.md`: {BASE_FACES} base faces, {LEVELS} "
-        "levels. d_pm, d_reverse: unit cube x 1e-4; d_normal: degrees; seconds of one thread.",
+        "levels. d_pm, d_reverse: unit cube x 1e-4; d_normal: degrees.",
         "",
         *validity(rows), "",
         "The floor, geometric means over the val split" + (f", every {every}th mesh in order of size:" if every > 1 else ":"),
         "", *floor(rows), "",
-        *cost(), "",
+        *table(o.corpus), "",
     ]
     print("\n".join(page))
     if o.report:

@@ -24,8 +24,8 @@ class NpmPreferences(bpy.types.AddonPreferences):
 
     threads: IntProperty(
         name="Threads", default=0, min=0, max=256, soft_max=32,
-        description="Processor threads that fitting features may use. 0 takes half of the cores, and at most four, so "
-                    "that Blender and other programs stay fast")
+        description="Processor threads of a job. With 0, building levels takes all cores, up to eight, and fitting "
+                    "features half of them, up to four. Blender's window goes first in any case")
     device: EnumProperty(
         name="Device", default="cpu",
         description="What fits features to a mesh, where PyTorch is installed",

@@ -69,7 +69,8 @@ class CompressSettings:
 class ComputeSettings:
     """What refinement may use of the machine. A file made with other ones differs in details, and is as good.
 
-    threads: of torch on the processor; 0 for half of the cores, at most four; device: 'cpu', or 'gpu' where torch finds one.
+    threads: of torch on the processor; 0 for half of the cores, at most four (the LoD builder's are `parallel.threads`,
+    which change nothing in a file); device: 'cpu', or 'gpu' where torch finds one.
     """
 
     threads: int = 0
