@@ -79,8 +79,8 @@ def compress(
     frame = Frame.of(cleaned.V)
     unit = in_morton_order(TriMesh(frame.to_unit(cleaned.V), cleaned.F))
 
-    def sent(base_faces: int) -> tuple[Sender, tuple[bytes, int]]:
-        lod, levels = _sequence(unit, replace(settings.lod, base_faces=base_faces), clock)
+    def sent(base_faces: int, room: bool) -> tuple[Sender, tuple[bytes, int]]:
+        lod, levels = _sequence(unit, replace(settings.lod, base_faces=base_faces), room, clock)
         sender = Sender(model, unit, lod, levels, settings, refine_steps, compute or ComputeSettings(), clock)
         return sender, sender.send(frame, mesh)
 
@@ -95,9 +95,12 @@ def compress(
     )
 
 
-def _sequence(unit: TriMesh, settings: LodSettings, clock: Clock) -> tuple[LodSequence, list[Level]]:
-    """The LoD sequence of a mesh in the unit frame, its base numbered as the receiver numbers it, and its levels."""
-    decimation = clock.run("decimate", decimate, unit, settings.base_faces, settings.variant)
+def _sequence(unit: TriMesh, settings: LodSettings, room: bool, clock: Clock) -> tuple[LodSequence, list[Level]]:
+    """The LoD sequence of a mesh in the unit frame, its base numbered as the receiver numbers it, and its levels.
+
+    room: as in `decimate`.
+    """
+    decimation = clock.run("decimate", lambda p: decimate(unit, settings.base_faces, settings.variant, p, room))
     count = settings.levels or budget.levels(len(decimation.F0))
 
     def build(report: Progress) -> LodSequence:
@@ -109,16 +112,23 @@ def _sequence(unit: TriMesh, settings: LodSettings, clock: Clock) -> tuple[LodSe
 
 
 def _within_budget(send: Callable, settings: CompressSettings):
-    """send(base faces); where the budget chooses them and the base turns out too large, again with fewer.
+    """send(base faces, room for handles); where the base turns out too large for the budget, again with fewer.
 
-    Raises BaseTooLarge where they were asked for, or no fewer can be had.
+    Where the budget chooses their number, it does not pay for such room; else that is what is tried without.
+    Raises BaseTooLarge where no fewer can be had.
     """
-    if not settings.budget or settings.lod.base_faces != AUTO:
-        return send(settings.lod.base_faces)
-    faces, before = budget.base_faces(settings.budget), None
+    faces, before = settings.lod.base_faces, None
+    if not settings.budget or faces != AUTO:
+        try:
+            return send(faces, True)
+        except BaseTooLarge as error:
+            if error.faces <= faces:
+                raise
+            return send(faces, False)
+    faces = budget.base_faces(settings.budget)
     while True:
         try:
-            return send(faces)
+            return send(faces, False)
         except BaseTooLarge as error:
             if error.faces == before or faces <= budget.FEWEST // 2:
                 raise

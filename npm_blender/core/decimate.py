@@ -17,7 +17,7 @@ from .edgeheap import DEAD, REJECTED, heapify
 from .errors import MeshError
 from .halfedge import Half, connect
 from .history import History
-from .leastfaces import least_faces, too_many_parts
+from .leastfaces import roomier
 from .mesh import TriMesh
 from .progress import Progress, no_progress, part
 from .quadric import edge_costs, vertex_quadrics
@@ -94,25 +94,24 @@ def _requeue(queue: Queue) -> int:
     return len(again)
 
 
-def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progress = no_progress) -> Decimation:
+def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progress = no_progress,
+             room: bool = True) -> Decimation:
     """Collapse the edges of an oriented manifold mesh, in the unit frame, down to base_faces faces.
 
     base_faces AUTO: as many as the shape needs, FEWEST to MOST; from MOST on, the collapses end at the first that would
     cost more than DEAR, so a smooth shape gets few faces and a shape full of detail, handles or parts gets many.
-    Where the parts of the mesh need more faces than base_faces, half as many as asked for are added to that need, so that
-    the large parts are not starved by the small ones.
+    A number that can be reached is obeyed. Where the parts or handles of the mesh need more, the base gets as many as show
+    them (see `leastfaces.roomier`); without `room` handles get as few as they can do with.
     variant 0 takes the cheapest edge; k > 0 a random one among about 100 cheapest, seeded by k. A closed mesh has an
     even number of faces, so an odd target gives one face less. A large mesh is decimated by its regions first, side by side
     (see `regions`). Deterministic, whatever the number of threads. Raises MeshError if the mesh is not an
     oriented manifold, and whatever `progress` raises.
     """
     out = _collapse(mesh, base_faces, variant, progress)
-    why = too_many_parts(out.F0, base_faces)
-    if not why:
-        return out
-    _, least = least_faces(out.F0)
-    out = _collapse(mesh, least + base_faces // 2, variant, progress)
-    return replace(out, message=f"Reached {len(out.F0)} of {base_faces} base faces: {why}")
+    faces, why = roomier(out.F0, base_faces, len(mesh.F) // 2 if room else 0)
+    if faces:
+        out = replace(_collapse(mesh, faces, variant, progress), message="")
+    return replace(out, message=f"Reached {len(out.F0)} of {base_faces} base faces: {why}") if why else out
 
 
 def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) -> Decimation:

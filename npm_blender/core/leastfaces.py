@@ -1,9 +1,11 @@
-"""How few faces a surface can have: what no decimation that keeps the topology gets below."""
+"""How few faces a surface can have: what no decimation that keeps the topology gets below, and what shows its handles."""
 import numpy as np
 
 from .settings import AUTO
-from .topology import directed_edges, opposite_halfedges
+from .topology import directed_edges, opposite_halfedges, topology_of
 from .unionfind import labels
+
+HANDLE = 24  # faces of a base for each handle of the surface: with the least, about 10, its faces span tubes (docs/lod.md)
 
 
 def least_faces(F: np.ndarray) -> tuple[int, int]:
@@ -44,3 +46,28 @@ def too_many_parts(F: np.ndarray, base_faces: int) -> str:
     what = f"the {parts:,} separate parts of the mesh need" if parts > 1 else "the handles and borders of the mesh need"
     return (f"{what} at least {least:,} base faces, more than the {base_faces:,} asked for; "
             "ask for more, or join or delete small parts")
+
+
+def roomier(F: np.ndarray, base_faces: int, most: int) -> tuple[int, str]:
+    """With how many faces to decimate again, where the base F (m, 3) is pressed to its least, and one line that says why.
+
+    base_faces: what was asked for. Where the parts need more, the large ones get half as many as asked for on top; where
+    handles keep it from being reached, each gets HANDLE faces, up to `most` in all. A number that was reached stays. AUTO:
+    HANDLE faces a handle at least, without a line. (0, '') where F is to be left, (0, line) where there is no more room.
+    """
+    if len(F) <= base_faces:
+        return 0, ""
+    topology = topology_of(F)
+    holes = int(topology.genus)
+    wanted = HANDLE * holes + 4 * (topology.components - 1) if holes else 0
+    faces = min(wanted, most)
+    if base_faces == AUTO:
+        return (faces if faces > len(F) else 0), ""
+    why = too_many_parts(F, base_faces)
+    parts = least_faces(F)[1] + base_faces // 2 if why else 0
+    if wanted >= max(parts, len(F)):
+        got = f" and got {faces:,} to be recognizable" if faces > len(F) else ""
+        why = (f"the handles of the mesh (holes through it: {holes:,}) need at least {len(F):,} base faces{got}; "
+               f"ask for {len(F):,} or more, or close holes")
+    faces = max(faces, parts)
+    return (faces if faces > len(F) else 0), why

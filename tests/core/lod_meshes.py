@@ -1,4 +1,4 @@
-"""Meshes made in code for the tests of the LoD builder: sphere, torus, sheet and tube with noise; a block, a gear."""
+"""Meshes made in code for the tests of the LoD builder: sphere, torus, sheet, tube with noise; a block, a gear, a grating."""
 import numpy as np
 
 from npm_blender.core.mesh import Frame, TriMesh
@@ -90,6 +90,28 @@ def gear(teeth: int = 150) -> TriMesh:
     F = [quads(low + i, low + j, high + j, high + i), quads(low_in + j, low_in + i, high_in + i, high_in + j),
          quads(high + i, high + j, high_in + j, high_in + i), quads(low + j, low + i, low_in + i, low_in + j)]
     return _unit(V, np.concatenate(F))
+
+
+def grating(n: int = 7, open_sheet: bool = False, levels: int = 1) -> TriMesh:
+    """A wavy plate with n x n square holes, which are its handles; open_sheet: its upper side alone, with as many border
+    loops and one more."""
+    side = 2 * n + 2
+    i, j = np.array([(i, j) for i in range(side - 1) for j in range(side - 1) if not (i % 2 and j % 2)]).T
+    a, b, c, d = i * side + j, (i + 1) * side + j, (i + 1) * side + j + 1, i * side + j + 1
+    F = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    x, y = np.divmod(np.arange(side * side), side)
+    V = np.stack([x, y, 0 * x], 1).astype(float)
+    if not open_sheet:
+        known = set(map(tuple, np.stack([F, np.roll(F, -1, 1)], 2).reshape(-1, 2).tolist()))
+        p, q = np.array([edge for edge in known if edge[::-1] not in known]).T
+        low = len(V)
+        walls = np.concatenate([np.stack([q, p, p + low], 1), np.stack([q, p + low, q + low], 1)])
+        V, F = np.concatenate([V, V - [0, 0, 1]]), np.concatenate([F, F[:, ::-1] + low, walls])
+    H = hierarchy(F, len(V), levels)
+    for level in H[:-1]:
+        V = midpoints(V, level)
+    V[:, 2] += np.sin(5 * V[:, 0] / side) + np.cos(4 * V[:, 1] / side)
+    return _unit(V, H[-1].F)
 
 
 def joined(*meshes: TriMesh) -> TriMesh:
