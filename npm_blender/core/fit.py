@@ -23,12 +23,14 @@ ROUNDS = 6
 TURNED = 0.3  # cosine between a face and its mapped normal below which it counts as turned over
 LEAST = 0.2  # share of a vertex's way from its point of the map below which it goes back all the way
 ITERATIONS = 60
+DIAGONAL = [0, 3, 5]  # of a symmetric 3 x 3 block
 TOLERANCE = 1e-4  # least norm of the preconditioned residual, relative to the first
 
 
 @compiled
-def _assemble(F, edges, edge_of, V, direction, middle, middle_direction, area, normal, fixed, normal_weight, spring):
-    """The normal equations: blocks (n, 6) of vertices, (e, 6) between the ends of edges, and minus the gradient at V.
+def _assemble(F, edges, edge_of, V, direction, middle, middle_direction, area, normal, fixed, normal_weight):
+    """The normal equations without springs: blocks (n, 6) of vertices, (e, 6) between the ends of edges, minus the gradient
+    at V, and the area (n,) of the vertices.
 
     A fixed vertex gets no right side, so that conjugate gradients leave it where it is.
     """
@@ -56,10 +58,6 @@ def _assemble(F, edges, edge_of, V, direction, middle, middle_direction, area, n
             right[b, 2] -= h * z
     for v in range(n):
         add_outer(own[v], direction[v, 0], direction[v, 1], direction[v, 2], share[v])
-        pull = spring[v] * share[v] + 1e-15
-        own[v, 0] += pull
-        own[v, 3] += pull
-        own[v, 5] += pull
     for e in range(count):
         a, b = edges[e]
         x, y, z = middle_direction[e]
@@ -76,7 +74,7 @@ def _assemble(F, edges, edge_of, V, direction, middle, middle_direction, area, n
     for v in range(n):
         if fixed[v]:
             right[v] = 0.0
-    return own, cross, right
+    return own, cross, right, share
 
 
 @compiled
@@ -109,27 +107,37 @@ def _dot(a, b):
 
 
 @compiled
-def _descend(own, cross, edges, right, fixed, iterations, tolerance):
-    """Displacements (n, 3) that solve the normal equations, by conjugate gradients with the blocks of the vertices."""
+def _product(own, cross, edges, fixed, p, q):
+    """q = the normal equations' matrix times p; zero at fixed vertices."""
+    q[:] = 0.0
+    for v in range(len(own)):
+        _times(own, v, p[v], q, v)
+    for e in range(len(edges)):
+        a, b = edges[e]
+        _times(cross, e, p[b], q, a)
+        _times(cross, e, p[a], q, b)
+    for v in range(len(own)):
+        if fixed[v]:
+            q[v] = 0.0
+
+
+@compiled
+def _descend(own, cross, edges, right, fixed, x, iterations, tolerance):
+    """Bring the displacements x (n, 3) to a solution of the normal equations, by conjugate gradients with the blocks of the
+    vertices. tolerance: relative to the residual without displacements."""
     n = len(own)
-    x, r = np.zeros((n, 3)), right.copy()
-    s = np.empty((n, 3))
+    q, s = np.empty((n, 3)), np.empty((n, 3))
+    _solve_own(own, right, s)
+    first = _dot(right, s)
+    _product(own, cross, edges, fixed, x, q)
+    r = right - q
     _solve_own(own, r, s)
     p = s.copy()
-    rs = first = _dot(r, s)
+    rs = _dot(r, s)
     for _ in range(iterations):
         if not rs > tolerance * tolerance * first:
             break
-        q = np.zeros((n, 3))
-        for v in range(n):
-            _times(own, v, p[v], q, v)
-        for e in range(len(edges)):
-            a, b = edges[e]
-            _times(cross, e, p[b], q, a)
-            _times(cross, e, p[a], q, b)
-        for v in range(n):
-            if fixed[v]:
-                q[v] = 0.0
+        _product(own, cross, edges, fixed, p, q)
         step = rs / _dot(p, q)
         for v in range(n):
             for c in range(3):
@@ -140,7 +148,6 @@ def _descend(own, cross, edges, right, fixed, iterations, tolerance):
         for v in range(n):
             for c in range(3):
                 p[v, c] = s[v, c] + rs / before * p[v, c]
-    return x
 
 
 def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, middle_direction: np.ndarray,
@@ -162,17 +169,21 @@ def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, 
     fixed = np.zeros(level.n, bool)
     fixed[F.reshape(-1)[level.opposite == np.arange(F.size)]] = True
     area /= max(area.sum(), 1e-300)
-    spring = np.full(level.n, SPRING)
+    own, cross, right, share = _assemble(F, level.edges, level.edge_of, V, direction, middle, middle_direction, area, normal,
+                                         fixed, NORMAL)
+    spring, x = np.full((level.n, 1), SPRING), np.zeros((level.n, 3))
+    own[:, DIAGONAL] += spring * share[:, None] + 1e-15
     for done in range(ROUNDS):
         progress(done / ROUNDS, "Fitting the levels")
-        own, cross, right = _assemble(F, level.edges, level.edge_of, V, direction, middle, middle_direction, area, normal,
-                                      fixed, NORMAL, spring)
-        X = V + _descend(own, cross, level.edges, right, fixed, ITERATIONS, TOLERANCE)
+        _descend(own, cross, level.edges, right, fixed, x, ITERATIONS, TOLERANCE)
+        X = V + x
         n = np.cross(X[F[:, 1]] - X[F[:, 0]], X[F[:, 2]] - X[F[:, 0]])
         turned = (n * normal).sum(1) < TURNED * np.linalg.norm(n, axis=1)
         if not turned.any():
             break
-        spring[F[turned].reshape(-1)] *= STIFFER
+        at = np.unique(F[turned])
+        own[np.ix_(at, DIAGONAL)] += (STIFFER - 1) * spring[at] * share[at, None]
+        spring[at] *= STIFFER
     return X
 
 

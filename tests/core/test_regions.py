@@ -25,7 +25,7 @@ SHAPES = {"sphere": lambda **k: sphere(5, **k), "torus": lambda **k: torus(40, 6
 
 @pytest.fixture(autouse=True)
 def small_regions(monkeypatch):
-    """Regions of 500 faces where a real one has 16,000."""
+    """Regions of 500 faces where a real one has 32,000."""
     monkeypatch.setattr(regions, "SMALLEST", 500)
 
 
