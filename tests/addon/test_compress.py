@@ -244,6 +244,16 @@ def test_the_worker_ends_with_its_parent(part):
     job.cancel()
 
 
+@pytest.mark.skipif(not hasattr(os, "nice"), reason="on Windows a flag of the process says it")
+def test_the_worker_goes_behind_the_window(part):
+    job = start_job(part, add_object())
+    while not job.poll() and job.message == "Starting":
+        time.sleep(0.01)
+    behind = os.getpriority(os.PRIO_PROCESS, job._process.pid) - os.getpriority(os.PRIO_PROCESS, 0)
+    job.cancel()
+    assert behind == min(10, 19 - os.getpriority(os.PRIO_PROCESS, 0))
+
+
 def test_the_worker_never_loads_bpy(part, monkeypatch):
     jobs = part("jobs")
     command = jobs._command
