@@ -19,7 +19,7 @@ from .halfedge import Half, connect
 from .history import History
 from .leastfaces import roomier
 from .mesh import TriMesh
-from .progress import Progress, no_progress, part
+from .progress import Progress, no_progress, part, rising
 from .quadric import edge_costs, vertex_quadrics
 from .regions import decimate_regions, worth_dividing
 from .settings import AUTO
@@ -116,6 +116,7 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
 
 def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) -> Decimation:
     """All collapses, as `decimate` describes them, to a number of faces or AUTO."""
+    progress = rising(progress)
     progress(0.0, MESSAGE)
     enough, dear = (MOST, DEAR) if base_faces == AUTO else (0, np.inf)
     base_faces = FEWEST if base_faces == AUTO else base_faces

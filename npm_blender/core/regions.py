@@ -19,8 +19,8 @@ from .parallel import each
 from .progress import Progress
 
 LEFT = 4  # times the base's faces are left in a region
-DIVIDED = 10  # times as many faces as are left: those of a region at most
-SMALLEST = 32_000  # faces a region may have in any case: with half as many, strips between regions cost what the cache saves
+DIVIDED = 4  # times as many faces as are left: those of a region at least
+SMALLEST = 32_000  # faces a region may have in any case; with half as many, strips between regions cost what the cache saves
 LARGEST = 64_000  # where a region would need more, the mesh is decimated as a whole
 SLICE = 4000  # collapses for which the history of a region makes room at a time
 
