@@ -21,7 +21,7 @@ PASSES = 12
 HOME = 3  # rounds in which base vertices walk home
 # trials for a face, and the share of the projected area that is to stay: what keeps it is tried first
 ROUNDS = ((4, 0.97), (8, 0.97), (16, 0.95), (24, 0.9), (32, 0.8))
-WORK = 1_500_000  # vertices that trials of shaking may move, in all: bounds the time that a hopeless mesh takes
+WORK = 3_000_000  # vertices that trials of shaking may move, in all: bounds the time that a hopeless mesh takes
 SLICE = 5000  # of them between two calls of `progress`: some tenths of a second
 HOME_SLICE = 100  # base vertices between two calls
 MESSAGE = "Unfolding the levels"
