@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 PATHS, CHECK = "paths.json", "check"
 SECONDS_BETWEEN_REPORTS = 0.05
-NICENESS = 10  # the window goes first where cores are few; on Windows the parent asks for that (see jobs.py)
+NICENESS = 3  # the window goes first where cores are few, and other programs do not halt a job; Windows: see jobs.py
 MEASURING = 0.1  # share of the progress bar for measuring the errors of what was compressed
 
 
