@@ -29,6 +29,7 @@ FEWEST, MOST = 100, 2000  # base faces that are chosen from the shape
 DEAR = 4e-7  # price (squared distance times area, unit frame) of a collapse that such a base leaves out
 SLICE = 2000  # collapses between two calls of `progress`
 LEFT_SHARE = 0.2  # of the faces, left by the regions (see `regions`): an estimate, for the progress bar
+STALLED = 0.9  # of the faces left after a round over the regions: no further round is worth its time
 MESSAGE = "Decimating"
 
 
@@ -133,12 +134,12 @@ def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) 
     corners = Corners.of(half, enough or base_faces)
     counts = np.array([total, edges, 0, 0, 0, 0, variant, 0], np.int64)  # see `run`
     counts[7] = (opposite == np.arange(len(opposite))).any()
-    most, faces = max(base_faces, enough), total + 1
+    most, faces = max(base_faces, enough), np.inf
 
     def share(faces: float) -> float:
         return (total - faces) / max(total - base_faces, 1)
 
-    while worth_dividing(counts[0], most) and counts[0] < faces:
+    while worth_dividing(counts[0], most) and counts[0] < STALLED * faces:
         faces = int(counts[0])
         ahead = part(progress, share(faces), share(LEFT_SHARE * faces))
         history = decimate_regions(half, quadrics, queue, corners, history, counts, tests, most, dear, ahead, MESSAGE)
