@@ -108,6 +108,7 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
     (see `regions`). Deterministic, whatever the number of threads. Raises MeshError if the mesh is not an
     oriented manifold, and whatever `progress` raises.
     """
+    progress = rising(progress)  # where parts or handles ask for a second run, too
     out = _collapse(mesh, base_faces, variant, progress)
     faces, why = roomier(out.F0, base_faces, len(mesh.F) // 2 if room else 0)
     if faces:
@@ -117,7 +118,6 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
 
 def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) -> Decimation:
     """All collapses, as `decimate` describes them, to a number of faces or AUTO."""
-    progress = rising(progress)
     progress(0.0, MESSAGE)
     enough, dear = (MOST, DEAR) if base_faces == AUTO else (0, np.inf)
     base_faces = FEWEST if base_faces == AUTO else base_faces
