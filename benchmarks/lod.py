@@ -18,9 +18,10 @@ import numpy as np
 
 from npm_blender.core.clean import clean
 from npm_blender.core.decimate import decimate
-from npm_blender.core.lod import levels, vertex_normals
+from npm_blender.core.lod import levels
 from npm_blender.core.mesh import Frame, TriMesh
 from npm_blender.core.metrics import Original
+from npm_blender.core.normals import vertex_normals
 from npm_blender.core.subdivide import hierarchy
 from npm_blender.core.topology import opposite_halfedges, topology_of, vertex_fans
 

@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from npm_blender.core.lod import vertex_normals
 from npm_blender.core.mesh import TriMesh
+from npm_blender.core.normals import vertex_normals
 from npm_blender.core.subdivide import Level, hierarchy
 
 from .stencils import refinement

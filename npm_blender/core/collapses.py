@@ -21,7 +21,8 @@ _CHOICES = 100  # a variant chooses among about this many of the cheapest edges
 class Queue(NamedTuple):
     """Edges by price: heap and place (e,) int32 (see edgeheap), price and error (e,) float64, stage (e,) int8.
 
-    error: the quadric's; stage: the tests that the edge meets next; price: what it costs there (see `decimate.Stage`).
+    error: the quadric's; stage: the tests that the edge meets next; price: what it costs there (see `decimate.Stage`);
+    waiting (n,) bool: vertices whose edges may be rejected ones, which wait for something to change round them.
     """
 
     heap: np.ndarray
@@ -29,6 +30,7 @@ class Queue(NamedTuple):
     price: np.ndarray
     error: np.ndarray
     stage: np.ndarray
+    waiting: np.ndarray
 
 
 class Tests(NamedTuple):
@@ -90,7 +92,7 @@ def shape_holds(X, ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
     return worst_after >= min(quality, worst_before)
 
 
-@compiled
+@compiled(inline="always")
 def _record(hist, counts, scratch, r, t, s1, s2, gone):
     """Append the collapse in `scratch` to the history; gone: number of faces that vanish."""
     c, e, at = counts[2], counts[3], counts[4]
@@ -121,7 +123,7 @@ def _enter(queue, tests, e, stage, size):
     return put(queue.heap, queue.place, queue.price, e, tests.price[stage] * (queue.error[e] + LEAST), size)
 
 
-@compiled
+@compiled(inline="always")
 def _update(m, Q, queue, tests, ring, r, i, size):
     """New costs round vertex i; rejected edges of the ring get another chance."""
     h = first = m.out[i]
@@ -139,8 +141,9 @@ def _update(m, Q, queue, tests, ring, r, i, size):
         if h == first:
             break
     for q in range(r):
-        if m.valence[ring[q]] > _BUSY:
+        if not queue.waiting[ring[q]] or m.valence[ring[q]] > _BUSY:
             continue
+        queue.waiting[ring[q]] = False
         h = first = m.out[ring[q]]
         while True:
             e = m.edge[h]
@@ -158,7 +161,7 @@ def _update(m, Q, queue, tests, ring, r, i, size):
     return size
 
 
-@compiled
+@compiled(inline="always")
 def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, stretch):
     """Collapse edge e if all tests allow it; returns (faces removed, ring size, surviving vertex).
 
@@ -247,6 +250,8 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
         if removed <= 0:
             if removed == 0 and s + 1 < len(tests.price):
                 size = _enter(queue, tests, e, s + 1, size)
+            else:
+                queue.waiting[m.corner[m.start[e]]] = queue.waiting[m.corner[following(m.start[e])]] = True
             continue
         done += 1
         counts[0] -= removed

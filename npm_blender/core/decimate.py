@@ -127,7 +127,7 @@ def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) 
     quadrics = vertex_quadrics(half.X, half.corner, half.opposite)
     error = edge_costs(quadrics, half.X, half.corner, half.start)
     queue = Queue(np.arange(edges, dtype=np.int32), np.full(edges, REJECTED, np.int32), np.empty(edges), error,
-                  np.zeros(edges, np.int8))
+                  np.zeros(edges, np.int8), np.zeros(len(mesh.V), bool))
     tests = Tests(*(np.array(column, np.float64) for column in zip(*STAGES, strict=True)))
     history = History.empty(total)
     scratch = Scratch.make()
@@ -146,7 +146,7 @@ def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) 
     counts[1] = _requeue(queue)
     before = counts[2]
     while counts[0] > base_faces:
-        history = history.with_room(counts, SLICE)
+        history = history.with_room(counts, (int(counts[0]) - base_faces) // 2 + 1)
         reason = run(half, quadrics, queue, corners, history, scratch, counts, base_faces, SLICE, tests, enough, dear)
         progress(share(counts[0]), MESSAGE)
         if reason == DONE:
@@ -160,7 +160,7 @@ def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) 
             counts[1] = _requeue(queue)
     if enough:
         base_faces = int(counts[0])
-    return _result(mesh, half, history.trimmed(counts), opposite, base_faces)
+    return _result(mesh, half, history.used(counts), opposite, base_faces)
 
 
 def _result(mesh: TriMesh, half: Half, history: History, opposite: np.ndarray, target: int) -> Decimation:

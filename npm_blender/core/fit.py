@@ -15,6 +15,7 @@ from .progress import Progress, no_progress
 from .quadric import add_outer
 from .subdivide import Level
 from .unfold import cosine
+from .unfold import normal as triangle_normal
 
 NORMAL = 0.1  # weight of the normals: squared height difference along an edge, times the area of the face
 SPRING = 0.02  # weight of the squared distance to the point of the map
@@ -25,6 +26,35 @@ LEAST = 0.2  # share of a vertex's way from its point of the map below which it 
 ITERATIONS = 60
 DIAGONAL = [0, 3, 5]  # of a symmetric 3 x 3 block
 TOLERANCE = 1e-4  # least norm of the preconditioned residual, relative to the first
+
+
+@compiled
+def _mapped_faces(F, edge_of, V, middle):
+    """Unit normals (m, 3) and areas (m,), adding up to 1, of what the map makes of the faces: four triangles each, through
+    the corners and the points at the middle of the edges."""
+    normal, area, total = np.empty((len(F), 3)), np.empty(len(F)), 0.0
+    P = np.empty((6, 3))
+    for f in range(len(F)):
+        for c in range(3):
+            P[c], P[3 + c] = V[F[f, c]], middle[edge_of[3 * f + c]]
+        x = y = z = sizes = 0.0
+        for a, b, c in ((0, 3, 5), (1, 4, 3), (2, 5, 4), (3, 4, 5)):
+            nx, ny, nz = triangle_normal(P, a, b, c)
+            x, y, z, sizes = x + nx, y + ny, z + nz, sizes + np.sqrt(nx * nx + ny * ny + nz * nz)
+        size = max(np.sqrt(x * x + y * y + z * z), 1e-300)
+        normal[f, 0], normal[f, 1], normal[f, 2], area[f] = x / size, y / size, z / size, sizes
+        total += sizes
+    return normal, area / max(total, 1e-300)
+
+
+@compiled
+def _turned(F, X, normal):
+    """Whether each face of X is turned against its normal of the map, (m,) bool."""
+    out = np.zeros(len(F), np.bool_)
+    for f in range(len(F)):
+        x, y, z = triangle_normal(X, F[f, 0], F[f, 1], F[f, 2])
+        out[f] = x * normal[f, 0] + y * normal[f, 1] + z * normal[f, 2] < TURNED * np.sqrt(x * x + y * y + z * z)
+    return out
 
 
 @compiled
@@ -159,16 +189,9 @@ def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, 
     `progress` raises.
     """
     F = level.F
-    corners = V[F]
-    ab, bc, ca = middle[level.edge_of.reshape(-1, 3)].swapaxes(0, 1)
-    a, b, c = corners.swapaxes(0, 1)
-    parts = [np.cross(q - p, r - p) for p, q, r in ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))]
-    area = sum(np.linalg.norm(part, axis=1) for part in parts) / 2
-    normal = sum(parts)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    normal, area = _mapped_faces(F, level.edge_of, V, middle)
     fixed = np.zeros(level.n, bool)
     fixed[F.reshape(-1)[level.opposite == np.arange(F.size)]] = True
-    area /= max(area.sum(), 1e-300)
     own, cross, right, share = _assemble(F, level.edges, level.edge_of, V, direction, middle, middle_direction, area, normal,
                                          fixed, NORMAL)
     spring, x = np.full((level.n, 1), SPRING), np.zeros((level.n, 3))
@@ -177,8 +200,7 @@ def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, 
         progress(done / ROUNDS, "Fitting the levels")
         _descend(own, cross, level.edges, right, fixed, x, ITERATIONS, TOLERANCE)
         X = V + x
-        n = np.cross(X[F[:, 1]] - X[F[:, 0]], X[F[:, 2]] - X[F[:, 0]])
-        turned = (n * normal).sum(1) < TURNED * np.linalg.norm(n, axis=1)
+        turned = _turned(F, X, normal)
         if not turned.any():
             break
         at = np.unique(F[turned])

@@ -80,13 +80,13 @@ def connect(corner, opposite, n):
     return edge, start[:e].copy(), out, valence, pinched
 
 
-@compiled
+@compiled(inline="always")
 def is_border(m, v):
     """Whether vertex v is on the border."""
     return m.opposite[m.out[v]] == m.out[v]
 
 
-@compiled
+@compiled(inline="always")
 def links_meet(m, i, j, stamp):
     """Number of vertices that are neighbours of both i and j (the link condition counts them)."""
     for phase in range(2):
@@ -129,7 +129,7 @@ def _fan(m, h, stop, ring, face, r, t):
     return r, t
 
 
-@compiled
+@compiled(inline="always")
 def gather(m, h, kind, ring, face):
     """Fill ring (vertices) and face (4 * face + corner of the owner) of the collapse along h: i -> j.
 

@@ -10,13 +10,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .jit import compiled
+from .parallel import each
+
+EACH = (1, 10, 11)  # collapses, entries and positions that a collapse takes in the mean, about
+SPARE = 200  # of each that are always left: a collapse takes less (see halfedge.MAX_RING)
 FIRST, AT, RING, SIDES, S1, S2 = range(6)  # columns of `collapses`
 FACE, COLLAPSE, PREVIOUS, NEXT = range(4)  # columns of `entries`
 
 
 class History(NamedTuple):
-    """See the module. collapses (c + 1, 6) int32, of whose last row only FIRST counts; entries (e, 4) int32; uv (p,)
-    complex128; head, tail (m,) int32."""
+    """See the module. collapses (c + 1, 6) int32, of whose last row only FIRST counts (the rest is 0); entries (e, 4) int32;
+    uv (p,) complex128; head, tail (m,) int32."""
 
     collapses: np.ndarray
     entries: np.ndarray
@@ -30,58 +35,69 @@ class History(NamedTuple):
         none = np.full(faces, -1, np.int32)
         return History(np.zeros((1, 6), np.int32), np.zeros((0, 4), np.int32), np.zeros(0, np.complex128), none, none.copy())
 
-    def _resized(self, *rows: int) -> "History":
-        def fit(a: np.ndarray, n: int) -> np.ndarray:
-            out = np.zeros((n, *a.shape[1:]), a.dtype)
-            out[:min(n, len(a))] = a[:n]
-            return out
-
-        return History(*map(fit, self[:3], rows), self.head, self.tail)
-
     def with_room(self, counts: np.ndarray, collapses: int) -> "History":
         """Itself, or a copy with at least half as much room again, so that about `collapses` more collapses fit.
 
-        counts[2:5]: collapses, entries and positions in use.
+        At least one more does, of any size. counts[2:5]: collapses, entries and positions in use.
         """
-        need = [int(v) + k * collapses + 1 for v, k in zip(counts[2:5], (1, 16, 16), strict=True)]
-        room = [len(a) for a in self[:3]]
-        if all(n <= r for n, r in zip(need, room, strict=True)):
-            return self
-        return self._resized(*(max(n, 3 * r // 2) if n > r else r for n, r in zip(need, room, strict=True)))
+        return self._grown(counts, counts[2:5], collapses)
+
+    def _grown(self, counts: np.ndarray, taken: np.ndarray, collapses: int) -> "History":
+        """Itself or a copy with room for `collapses` more than have taken (3,) collapses, entries and positions."""
+        arrays = []
+        used = counts[2] + 1, counts[3], counts[4]
+        for array, filled, start, each_takes in zip(self[:3], used, taken, EACH, strict=True):
+            least = int(start) + each_takes * collapses + SPARE
+            if len(array) < least:
+                old, array = array, np.empty((max(least, 3 * len(array) // 2), *array.shape[1:]), array.dtype)
+                array[:filled] = old[:filled]
+            arrays.append(array)
+        return self._replace(collapses=arrays[0], entries=arrays[1], uv=arrays[2])
 
     def used(self, counts: np.ndarray) -> "History":
         """Itself without unused room; views, not copies."""
         collapses, entries, positions = (int(v) for v in counts[2:5])
+        self.collapses[collapses, 1:] = 0
         return self._replace(collapses=self.collapses[:collapses + 1], entries=self.entries[:entries], uv=self.uv[:positions])
 
-    def trimmed(self, counts: np.ndarray) -> "History":
-        """A copy without unused room."""
-        collapses, entries, positions = (int(v) for v in counts[2:5])
-        return self._resized(collapses + 1, entries, positions)
+    def followed_by(self, counts: np.ndarray, parts: list["History"], collapses: int) -> "History":
+        """Its collapses and then those of parts, with room for about `collapses` more; counts follow.
 
-    def followed_by(self, parts: list["History"]) -> "History":
-        """Its collapses and then those of parts, none of which touches a face of another; all without unused room.
-
-        The parts number their entries and collapses from 0; their head and tail do not count. Its own are changed.
+        No part touches a face of another; they have no unused room, number their entries and collapses from 0, and their
+        head and tail do not count. Its own head and tail are changed.
         """
-        chain = [self, *parts]
-        collapses = np.concatenate([h.collapses[:-1] for h in chain] + [parts[-1].collapses[-1:]])
-        entries = np.concatenate([h.entries for h in chain])
-        c, e, p = len(self.collapses) - 1, len(self.entries), len(self.uv)
-        for h in parts:
-            rows = slice(c, c + len(h.collapses))
-            collapses[rows, FIRST] = h.collapses[:, FIRST] + e
-            collapses[rows, AT] = h.collapses[:, AT] + p
-            of = entries[e:e + len(h.entries)]
-            of[:, COLLAPSE] += c
-            for column in (PREVIOUS, NEXT):
-                of[:, column] += np.where(of[:, column] >= 0, e, 0).astype(np.int32)
-            c, e, p = c + len(h.collapses) - 1, e + len(h.entries), p + len(h.uv)
-        old = len(self.entries)
-        opening, closing = (np.flatnonzero(entries[old:, column] < 0) + old for column in (PREVIOUS, NEXT))
-        last = self.head[entries[opening, FACE] >> 2]
-        entries[opening, PREVIOUS] = last
-        entries[last[last >= 0], NEXT] = opening[last >= 0]
-        self.tail[entries[opening[last < 0], FACE] >> 2] = opening[last < 0]
-        self.head[entries[closing, FACE] >> 2] = closing
-        return self._replace(collapses=collapses, entries=entries, uv=np.concatenate([h.uv for h in chain]))
+        sizes = np.array([[len(h.collapses) - 1, len(h.entries), len(h.uv)] for h in parts], np.int64)
+        ends = counts[2:5] + sizes.cumsum(0)
+        joined = self._grown(counts, ends[-1], collapses)
+        each(lambda k: _append(joined, parts[k], *(ends[k] - sizes[k])), range(len(parts)))
+        joined.collapses[ends[-1, 0], FIRST] = ends[-1, 1]
+        counts[2:5] = ends[-1]
+        return joined
+
+
+@compiled
+def _append(hist, part, c, e, p):
+    """Copy a part's collapses into hist, as collapses c.., entries e.. and positions p.., behind what its faces have."""
+    for k in range(len(part.collapses) - 1):
+        for column in range(6):
+            hist.collapses[c + k, column] = part.collapses[k, column]
+        hist.collapses[c + k, FIRST] += e
+        hist.collapses[c + k, AT] += p
+    for k in range(len(part.entries)):
+        f, before, after = part.entries[k, FACE] >> 2, part.entries[k, PREVIOUS], part.entries[k, NEXT]
+        if before >= 0:
+            before += e
+        else:
+            before = hist.head[f]
+            if before >= 0:
+                hist.entries[before, NEXT] = e + k
+            else:
+                hist.tail[f] = e + k
+        if after >= 0:
+            after += e
+        else:
+            hist.head[f] = e + k
+        hist.entries[e + k, FACE], hist.entries[e + k, COLLAPSE] = part.entries[k, FACE], part.entries[k, COLLAPSE] + c
+        hist.entries[e + k, PREVIOUS], hist.entries[e + k, NEXT] = before, after
+    for k in range(len(part.uv)):
+        hist.uv[p + k] = part.uv[k]

@@ -7,12 +7,14 @@ from .border import follow_border
 from .decimate import Decimation, decimate
 from .fit import fit, upright
 from .mesh import TriMesh
+from .normals import normals_of, vertex_normals
 from .parallel import each
 from .progress import Progress, no_progress, part
 from .relax import relax
 from .settings import LodSettings
 from .ssp import to_fine
 from .subdivide import Level, hierarchy
+from .walk import Surface, points_on
 
 MESSAGE = "Mapping the levels"
 SLICE = 4000  # points mapped between two calls of `progress`
@@ -51,14 +53,6 @@ class BaseOrder:
     vertices: np.ndarray
     faces: np.ndarray
     F: np.ndarray
-
-
-def vertex_normals(mesh: TriMesh) -> np.ndarray:
-    """Area-weighted unit vertex normals (n, 3) float64; zero where the faces of a vertex cancel out."""
-    a, b, c = mesh.V[mesh.F].swapaxes(0, 1)
-    weighted = np.cross(b - a, c - a)
-    out = np.stack([np.bincount(mesh.F.reshape(-1), np.repeat(weighted[:, k], 3), len(mesh.V)) for k in range(3)], 1)
-    return out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
 
 
 def level_corners(levels: int) -> np.ndarray:
@@ -128,21 +122,19 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, 
     connectivity = hierarchy(F0, len(V0), levels)
     finest = connectivity[-1]
     face, b = map_points(decimation, finest, level_corners(levels), old_face, turn, part(progress, 0.0, 0.6))
-    normals = vertex_normals(mesh)
     n = finest.n
     follow_border(mesh, decimation.opposite, connectivity, face[:n], b[:n])
-    face, b = relax(mesh, decimation.opposite, normals, connectivity, face, b, V0, part(progress, 0.6, 0.65))
-    S = np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]])
-    planes = mesh.face_normals()[face]
-    V, middle, face, b = S[:n], S[n:], face[:n], b[:n]
-    N = np.einsum("nk,nkd->nd", b, normals[mesh.F[face]])
-    length = np.linalg.norm(N, axis=1, keepdims=True)
-    N = np.where(length > 1e-9, N / np.maximum(length, 1e-300), planes[:n])
+    surface = Surface(mesh.V, mesh.F, decimation.opposite, vertex_normals(mesh))
+    points = points_on(surface, face, b)
+    relax(surface, points, connectivity, V0, part(progress, 0.6, 0.65))
+    planes = normals_of(mesh, points.face)
+    V, middle = points.P[:n], points.P[n:]
+    N = np.where(points.N[:n].any(1, keepdims=True), points.N[:n], planes[:n])
     if fitted:
         X = fit(finest, V, planes[:n], middle, planes[n:], part(progress, 0.65, 1.0))
         V = upright(connectivity, V, X, N)
     progress(1.0, MESSAGE)
-    return LodSequence(V0, F0, V, N, face, b, levels, decimation.message)
+    return LodSequence(V0, F0, V, N, points.face[:n], points.b[:n], levels, decimation.message)
 
 
 def build_lod(mesh: TriMesh, settings: LodSettings, progress: Progress = no_progress) -> LodSequence:

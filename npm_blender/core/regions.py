@@ -22,7 +22,6 @@ LEFT = 4  # times the base's faces are left in a region
 DIVIDED = 4  # times as many faces as are left: those of a region at least
 SMALLEST = 32_000  # faces a region may have in any case; with half as many, strips between regions cost what the cache saves
 LARGEST = 64_000  # where a region would need more, the mesh is decimated as a whole
-SLICE = 4000  # collapses for which the history of a region makes room at a time
 
 
 def _size(base_faces: int) -> tuple[int, int]:
@@ -100,8 +99,8 @@ def decimate_regions(half: Half, quadrics: np.ndarray, queue: Queue, corners: Co
         own = np.array([faces[k], edges[k], 0, 0, 0, stamp, seed, 0], np.int64)
         part, scratch = History.empty(0)._replace(head=touched[0], tail=touched[1]), Scratch.make()
         while True:
-            part = part.with_room(own, SLICE)
-            reason = run(half, quadrics, mine, corners, part, scratch, own, left, SLICE, first_tests, len(region), dear)
+            part = part.with_room(own, (int(own[0]) - left) // 2 + 1)
+            reason = run(half, quadrics, mine, corners, part, scratch, own, left, len(region), first_tests, len(region), dear)
             if reason in (DONE, EMPTY):
                 return part.used(own), own
 
@@ -109,6 +108,4 @@ def decimate_regions(half: Half, quadrics: np.ndarray, queue: Queue, corners: Co
     for _, own in parts:
         counts[5] = max(counts[5], own[5])
     counts[0] -= sum(int(faces[k] - own[0]) for k, (_, own) in enumerate(parts))
-    joined = history.used(counts).followed_by([part for part, _ in parts])
-    counts[2:5] = len(joined.collapses) - 1, len(joined.entries), len(joined.uv)
-    return joined
+    return history.followed_by(counts, [part for part, _ in parts], (int(counts[0]) - base_faces) // 2)

@@ -9,7 +9,6 @@ import numpy as np
 
 from .home import go_home
 from .jit import compiled
-from .mesh import TriMesh
 from .patch import Patch, changed, halve
 from .progress import Progress, no_progress
 from .shake import shake
@@ -95,24 +94,16 @@ def _shakes(surface, rings, points, at, most, trials, patch, covered):
     return rings.first[levels]
 
 
-def relax(mesh: TriMesh, opposite: np.ndarray, normals: np.ndarray, levels: list[Level], face: np.ndarray,
-          barycentric: np.ndarray, home: np.ndarray, progress: Progress = no_progress) -> tuple[np.ndarray, np.ndarray]:
-    """Relaxed points (face (n + e,) int32, barycentric (n + e, 3)) on the mesh of the finest of `levels`.
+def relax(surface: Surface, points: Points, levels: list[Level], home: np.ndarray, progress: Progress = no_progress) -> None:
+    """Move the points on the surface so that fewer faces of the levels through them are turned over; changes points.
 
-    The first n are its vertices; the rest, which may be missing, the middles of its edges: they follow ends that moved.
-    opposite (3 m,): opposite half-edges of the mesh; normals (n, 3): its vertex normals; home (n0, 3): the base vertices.
-    Border vertices stay.
+    The first n points are the vertices of the finest of `levels`; the rest, which may be missing, the middles of its
+    edges: they follow ends that moved. home (n0, 3): the base vertices. Border vertices stay.
     Deterministic, in bounded time. Raises whatever `progress` raises.
     """
-    surface = Surface(mesh.V, mesh.F, opposite, normals)
-    face, b = face.copy(), barycentric.copy()
-    at = mesh.F[face]
-    P = np.einsum("nk,nkd->nd", b, mesh.V[at])
-    N = np.einsum("nk,nkd->nd", b, normals[at])
-    N /= np.linalg.norm(N, axis=1, keepdims=True) + 1e-300
     rings = rings_of(levels)
-    patch = Patch.make(len(P), len(rings.F), len(rings.out), WORK)
-    points, start = Points(face, b, P, N), P.copy()
+    patch = Patch.make(len(points.P), len(rings.F), len(rings.out), WORK)
+    start = points.P.copy()
     for _ in range(HOME):
         done = 0
         for at in range(0, len(home), HOME_SLICE):
@@ -126,5 +117,4 @@ def relax(mesh: TriMesh, opposite: np.ndarray, normals: np.ndarray, levels: list
         while at < len(rings.F) and patch.state[2] > 0:
             progress(1 - patch.state[2] / WORK, MESSAGE)
             at = _shakes(surface, rings, points, at, SLICE, trials, patch, covered)
-    _halve(surface, points, start, levels[-1].edges[:len(face) - levels[-1].n], patch)
-    return face, b
+    _halve(surface, points, start, levels[-1].edges[:len(start) - levels[-1].n], patch)

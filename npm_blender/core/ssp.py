@@ -7,18 +7,17 @@ and the face of the other side that holds it. Points of the border stay on it ex
 import numpy as np
 
 from .decimate import Decimation
-from .flatten import twice_area
 from .history import AT, COLLAPSE, FACE, FIRST, NEXT, PREVIOUS, RING, S1, S2, SIDES
 from .jit import compiled
 
 _SNAP = 1e-10  # barycentric coordinates below this are zero
 
 
-@compiled
+@compiled(inline="always")
 def _triangle(hist, c, q, before):
     """Indices into uv of the corners (owner, next, next) of entry number q of collapse c, before or after it."""
-    row = hist.collapses[c]
-    at, r, t, s1, s2 = row[AT], row[RING], row[SIDES], row[S1], row[S2]
+    of = hist.collapses
+    at, r, t, s1, s2 = of[c, AT], of[c, RING], of[c, SIDES], of[c, S1], of[c, S2]
     i = at + r
     if q < t:
         owner = i + 2
@@ -33,11 +32,11 @@ def _triangle(hist, c, q, before):
 @compiled
 def _on_border(hist, c, q, before, corner):
     """Whether the side opposite to a corner (0: owner) of entry number q of collapse c is on the mesh's border."""
-    row = hist.collapses[c]
-    r, t, s1, s2 = row[RING], row[SIDES], row[S1], row[S2]
+    of = hist.collapses
+    r, t, s1, s2 = of[c, RING], of[c, SIDES], of[c, S1], of[c, S2]
     if r == t:
         return False
-    anchored = hist.collapses[c + 1, FIRST] - row[FIRST] == t + 2
+    anchored = of[c + 1, FIRST] - of[c, FIRST] == t + 2
     if q < t:
         if corner == 2 and q == 0:
             return not before or (s1 > 0 if anchored else s2 > 0)
@@ -72,44 +71,88 @@ def _along_border(hist, c, p, count, to_before, b):
     return first + at
 
 
+@compiled(inline="always")
+def _cross(a, b):
+    return a.real * b.imag - a.imag * b.real
+
+
+@compiled(inline="always")
+def _holding(hist, c, p, count, before):
+    """The entry number of collapse c whose triangle, before or after it, holds p, and twice the areas of the triangles of
+    p with the sides opposite to its corners; -1 where rounding leaves none."""
+    of, uv = hist.collapses, hist.uv
+    at, r, t = np.int64(of[c, AT]), np.int64(of[c, RING]), np.int64(of[c, SIDES])
+    s1, s2 = np.int64(of[c, S1]), np.int64(of[c, S2])
+    i = at + r
+    owner = -1
+    o, v, z = p, uv[at] - p, 0.0
+    for q in range(min(count, t)):
+        k = i + 2
+        if before:
+            k = i + 1 if s1 <= q < s2 else i
+        if k != owner:
+            owner, o = k, uv[k] - p
+            z = _cross(o, v)
+        w = uv[at + q + 1 if q + 1 < r else at] - p
+        x, y = _cross(v, w), _cross(w, o)
+        if x >= 0.0 and y >= 0.0 and z >= 0.0:
+            return q, x, y, z
+        v, z = w, -y
+    for q in range(t, count):
+        a0, a1, a2 = _triangle(hist, c, q, before)
+        u, v, w = uv[a0] - p, uv[a1] - p, uv[a2] - p
+        x, y, z = _cross(v, w), _cross(w, u), _cross(u, v)
+        if x >= 0.0 and y >= 0.0 and z >= 0.0:
+            return q, x, y, z
+    return -1, 0.0, 0.0, 0.0
+
+
 @compiled
+def _nearest(hist, c, p, count, before):
+    """As `_holding`, for the triangle that p misses by the least share of its area; what is missed is zero."""
+    best, number, x, y, z = -np.inf, 0, 1.0, 0.0, 0.0
+    for q in range(count):
+        a0, a1, a2 = _triangle(hist, c, q, before)
+        u, v, w = hist.uv[a0] - p, hist.uv[a1] - p, hist.uv[a2] - p
+        dx, dy, dz = _cross(v, w), _cross(w, u), _cross(u, v)
+        least = min(dx, dy, dz) / (dx + dy + dz)
+        if least > best:
+            best, number, x, y, z = least, q, max(dx, 0.0), max(dy, 0.0), max(dz, 0.0)
+    return number, x, y, z
+
+
+@compiled(inline="always")
 def _step(hist, entry, b, to_before):
     """Move barycentrics b (3,) of the entry's face to the other side of its collapse; returns the new face's entry."""
     c = hist.entries[entry, COLLAPSE]
-    k = hist.entries[entry, FACE] & 3
+    k0 = np.int64(hist.entries[entry, FACE] & 3)
+    k1 = k0 + 1 if k0 < 2 else 0
+    k2 = k1 + 1 if k1 < 2 else 0
     first, ring, sides = hist.collapses[c, FIRST], hist.collapses[c, RING], np.int64(hist.collapses[c, SIDES])
     faces = np.int64(hist.collapses[c + 1, FIRST] - first)
     number = entry - first
     a0, a1, a2 = _triangle(hist, c, number, not to_before)
-    p = b[k] * hist.uv[a0] + b[(k + 1) % 3] * hist.uv[a1] + b[(k + 2) % 3] * hist.uv[a2]
+    u, v, w = hist.uv[a0], hist.uv[a1], hist.uv[a2]
+    p = complex(b[k0] * u.real + b[k1] * v.real + b[k2] * w.real, b[k0] * u.imag + b[k1] * v.imag + b[k2] * w.imag)
     count = faces if to_before else sides
     border_vertex = ring > sides and (to_before or faces == sides + 1)
-    if border_vertex and b[k] == 1.0:
+    if border_vertex and b[k0] == 1.0:
         return _along_border(hist, c, p, count, to_before, b)
     for s in range(3):
-        if b[(k + s) % 3] == 0.0 and _on_border(hist, c, number, not to_before, s):
+        if b[k0 if s == 0 else (k1 if s == 1 else k2)] == 0.0 and _on_border(hist, c, number, not to_before, s):
             return _along_border(hist, c, p, count, to_before, b)
-    best, at, w0, w1, w2 = -np.inf, 0, 1.0, 0.0, 0.0
-    for q in range(count):
-        a0, a1, a2 = _triangle(hist, c, q, to_before)
-        u, v, w = hist.uv[a0], hist.uv[a1], hist.uv[a2]
-        x, y, z = twice_area(p, v, w), twice_area(p, w, u), twice_area(p, u, v)
-        total = x + y + z
-        least = min(x, y, z) / total
-        if least > best:
-            best, at, w0, w1, w2 = least, q, x / total, y / total, z / total
-            if best >= 0.0:
-                break
-    w0, w1, w2 = max(w0, 0.0), max(w1, 0.0), max(w2, 0.0)
-    total = w0 + w1 + w2
+    at, x, y, z = _holding(hist, c, p, count, to_before)
+    if at < 0:
+        at, x, y, z = _nearest(hist, c, p, count, to_before)
+    total = x + y + z
     entry = first + at
-    k = hist.entries[entry, FACE] & 3
-    b[k], b[(k + 1) % 3], b[(k + 2) % 3] = w0 / total, w1 / total, w2 / total
+    k0 = np.int64(hist.entries[entry, FACE] & 3)
+    k1 = k0 + 1 if k0 < 2 else 0
+    b[k0], b[k1], b[k1 + 1 if k1 < 2 else 0] = x / total, y / total, z / total
     for s in range(3):
         if b[s] < _SNAP:
             b[s] = 0.0
-    for s in range(3):
-        if b[s] > 1.0 - 2 * _SNAP:
+        elif b[s] > 1.0 - 2 * _SNAP:
             b[s] = 1.0
     return entry
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .topology import directed_edges, opposite_halfedges
+from .topology import directed_edges, paired_halfedges
 
 
 @dataclass(frozen=True)
@@ -33,18 +33,15 @@ class Level:
     def of(F: np.ndarray, n: int) -> "Level":
         """The level with faces F (m, 3) and n vertices. Raises MeshError if F is not an oriented edge-manifold."""
         F = np.ascontiguousarray(F, dtype=np.int32)
-        d = directed_edges(F).astype(np.int64)
-        low, high = d.min(1), d.max(1)
-        key, first, edge_of = np.unique(low * n + high, return_index=True, return_inverse=True)
-        edges = np.stack([key // n, key % n], 1).astype(np.int32)
-        opposite = opposite_halfedges(F)
-        one = first.astype(np.int32)
+        order, first, opposite = paired_halfedges(F)
+        edge_of = np.empty(F.size, np.int32)
+        edge_of[order] = np.cumsum(first, dtype=np.int32) - 1
+        one = order[first].astype(np.int32)
         two = opposite[one]
-        backwards = d[one, 0] > d[one, 1]
-        swap = backwards & (two != one)
+        ends = directed_edges(F)
+        swap = (ends[one, 0] > ends[one, 1]) & (two != one)
         left, right = np.where(swap, two, one), np.where(swap, one, two)
-        halves = np.stack([left, right], 1).astype(np.int32)
-        return Level(F, int(n), opposite, edges, edge_of.reshape(-1).astype(np.int32), halves)
+        return Level(F, int(n), opposite, np.sort(ends[one], 1), edge_of, np.stack([left, right], 1))
 
     def subdivided(self) -> "Level":
         """The next finer level, 4 m faces and n + e vertices."""

@@ -16,23 +16,30 @@ def directed_edges(F: np.ndarray) -> np.ndarray:
     return np.stack([F, np.roll(F, -1, 1)], 2).reshape(-1, 2)
 
 
-def opposite_halfedges(F: np.ndarray) -> np.ndarray:
-    """Opposite half-edge of each of the 3 m half-edges, (3 m,) int32; itself on the border.
+def paired_halfedges(F: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Half-edges by edge: order (3 m,) sorted by (smaller, larger) vertex; first (3 m,) bool: whether an edge starts at that
+    place of the order; opposite (3 m,) int32, itself on the border.
 
     Raises MeshError if an edge has more than two faces or two faces that run the same way.
     """
     start, end = directed_edges(F).T
     key = np.minimum(start, end).astype(np.int64) * (int(F.max()) + 1) + np.maximum(start, end)
     order = np.argsort(key)
-    pair = key[order][1:] == key[order][:-1]
+    ranked = key[order]
+    pair = ranked[1:] == ranked[:-1]
     h, o = order[:-1][pair], order[1:][pair]
     if (start[h] == start[o]).any() or (pair[1:] & pair[:-1]).any():
         _, uses = np.unique(key * 2 + (start < end), return_counts=True)
         raise MeshError(f"Expected an oriented manifold, found {(uses - 1).sum()} edges used twice in one direction; "
                         "clean the mesh first (--clean auto)")
-    out = np.arange(F.size, dtype=np.int32)
-    out[h], out[o] = o, h
-    return out
+    opposite = np.arange(F.size, dtype=np.int32)
+    opposite[h], opposite[o] = o, h
+    return order, np.concatenate([[True], ~pair]), opposite
+
+
+def opposite_halfedges(F: np.ndarray) -> np.ndarray:
+    """Opposite half-edge of each of the 3 m half-edges, (3 m,) int32; itself on the border. Raises as `paired_halfedges`."""
+    return paired_halfedges(F)[2]
 
 
 def vertex_fans(F: np.ndarray, opposite: np.ndarray, n: int) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 from .jit import compiled
 
 _STEPS = 200  # faces that one walk may cross
+_CANCELLED = 1e-9  # length below which the sum of normals is none
 
 
 class Surface(NamedTuple):
@@ -18,7 +19,8 @@ class Surface(NamedTuple):
 
 
 class Points(NamedTuple):
-    """Points on a surface: face (n,) int32 and barycentric b (n, 3); their positions P and unit normals N (n, 3)."""
+    """Points on a surface: face (n,) int32 and barycentric b (n, 3); their positions P and normals N (n, 3), of length
+    one, or zero where those of the face's corners cancel out."""
 
     face: np.ndarray
     b: np.ndarray
@@ -96,9 +98,9 @@ def show(surface, points, v, f, b):
         P[v, c] = b[0] * surface.V[i, c] + b[1] * surface.V[j, c] + b[2] * surface.V[k, c]
         N[v, c] = b[0] * surface.N[i, c] + b[1] * surface.N[j, c] + b[2] * surface.N[k, c]
         size += N[v, c] * N[v, c]
-    size = 1.0 / (np.sqrt(size) + 1e-300)
+    size = np.sqrt(size)
     for c in range(3):
-        N[v, c] *= size
+        N[v, c] = N[v, c] / size if size > _CANCELLED else 0.0
 
 
 @compiled
@@ -107,3 +109,16 @@ def move(surface, points, v, f, b):
     points.face[v] = f
     points.b[v, 0], points.b[v, 1], points.b[v, 2] = b[0], b[1], b[2]
     show(surface, points, v, f, b)
+
+
+@compiled
+def _show_all(surface, points):
+    for v in range(len(points.face)):
+        show(surface, points, v, points.face[v], points.b[v])
+
+
+def points_on(surface: Surface, face: np.ndarray, barycentric: np.ndarray) -> Points:
+    """Points that can be moved: copies of face (n,) int32 and barycentric (n, 3), with positions and normals."""
+    points = Points(face.copy(), barycentric.copy(), np.empty((len(face), 3)), np.empty((len(face), 3)))
+    _show_all(surface, points)
+    return points

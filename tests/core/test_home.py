@@ -2,13 +2,14 @@ import numpy as np
 
 from npm_blender.core.decimate import decimate
 from npm_blender.core.home import go_home
-from npm_blender.core.lod import levels, vertex_normals
+from npm_blender.core.lod import levels
 from npm_blender.core.mesh import TriMesh
+from npm_blender.core.normals import vertex_normals
 from npm_blender.core.patch import Patch
 from npm_blender.core.relax import relax, rings_of
 from npm_blender.core.subdivide import hierarchy
 from npm_blender.core.topology import opposite_halfedges
-from npm_blender.core.walk import Points, Surface, walk
+from npm_blender.core.walk import Surface, points_on, walk
 
 from .lod_meshes import sheet, sphere
 
@@ -27,8 +28,9 @@ def test_a_base_vertex_walks_home_and_the_finer_ones_follow():
     away = np.cross(lod.N[7], [0.3, 0.5, 0.8])
     face[7] = walk(surface, face[7], b[7], *(0.15 * away / np.linalg.norm(away)))
     before = places(mesh, face, b)
-    new_face, new_b = relax(mesh, surface.opposite, surface.N, H, face, b, lod.V0)
-    after = places(mesh, new_face, new_b)
+    points = points_on(surface, face, b)
+    relax(surface, points, H, lod.V0)
+    after = places(mesh, points.face, points.b)
     assert np.linalg.norm(after[7] - lod.V0[7]) < 0.3 * np.linalg.norm(before[7] - lod.V0[7])
     moved = np.flatnonzero(np.abs(after - before).max(1) > 1e-9)
     assert set(level1) <= set(moved) and len(moved) < 0.2 * len(after)
@@ -40,12 +42,10 @@ def test_nobody_walks_home_through_the_surface():
     d = decimate(mesh, 40)
     lod = levels(d, 2, fitted=False)
     H = hierarchy(lod.F0, len(lod.V0), 2)
-    face, b = lod.source_face.copy(), lod.barycentric.copy()
-    normals = vertex_normals(mesh)
-    points = Points(face, b, places(mesh, face, b), lod.N.copy())
+    face, b = lod.source_face, lod.barycentric
     patch = Patch.make(H[-1].n, sum(len(level.F) for level in H[1:]), 2, 0)
-    before = face.copy(), b.copy()
     above = lod.V0 + [0, 0, 1.0]  # no walk gets nearer
-    surface = Surface(mesh.V, mesh.F, d.opposite, normals)
+    surface = Surface(mesh.V, mesh.F, d.opposite, vertex_normals(mesh))
+    points = points_on(surface, face, b)
     assert go_home(surface, rings_of(H), points, above, 0, len(above), patch) == 0
-    assert np.array_equal(before[0], face) and np.allclose(before[1], b)
+    assert np.array_equal(points.face, face) and np.allclose(points.b, b)

@@ -3,7 +3,7 @@ import pytest
 
 from npm_blender.core.decimate import decimate
 from npm_blender.core.errors import MeshError
-from npm_blender.core.lod import BaseOrder, build_lod, level_corners, levels, vertex_normals
+from npm_blender.core.lod import BaseOrder, build_lod, level_corners, levels
 from npm_blender.core.mesh import TriMesh
 from npm_blender.core.settings import LodSettings
 from npm_blender.core.subdivide import hierarchy, midpoints
@@ -103,11 +103,6 @@ def test_level_corners_follow_the_subdivision():
     for level in H[:-1]:
         V = midpoints(V, level)
     assert np.allclose(level_corners(2), V[H[-1].F])
-
-
-def test_vertex_normals_point_outward():
-    mesh = sphere(3)
-    assert ((vertex_normals(mesh) * mesh.V).sum(1) > 0.49).all()
 
 
 def test_unreached_target_is_told():

@@ -1,7 +1,8 @@
 import numpy as np
 
 from npm_blender.core.decimate import decimate
-from npm_blender.core.lod import levels, vertex_normals
+from npm_blender.core.lod import levels
+from npm_blender.core.normals import vertex_normals
 from npm_blender.core.patch import Patch, add, carry, changed, faces_round, fitness, settled, swap
 from npm_blender.core.relax import rings_of
 from npm_blender.core.subdivide import hierarchy

@@ -3,13 +3,14 @@ import pytest
 
 from npm_blender.core.decimate import decimate
 from npm_blender.core.errors import Cancelled
-from npm_blender.core.lod import levels, vertex_normals
+from npm_blender.core.lod import levels
 from npm_blender.core.mesh import TriMesh
 from npm_blender.core.metrics import Original
+from npm_blender.core.normals import vertex_normals
 from npm_blender.core.relax import MESSAGE, relax
 from npm_blender.core.subdivide import Level, hierarchy
 from npm_blender.core.topology import opposite_halfedges
-from npm_blender.core.walk import Surface, walk
+from npm_blender.core.walk import Surface, points_on, walk
 
 from .lod_meshes import plate, sheet, sphere, torus, tube
 
@@ -72,12 +73,13 @@ def test_folded_samples_are_unfolded_and_the_rest_stays():
     for v in rng.choice(len(face), 5, replace=False):  # far enough to turn faces over
         step = np.cross(plain.N[v], rng.normal(size=3))
         face[v] = walk(surface_of(mesh), face[v], b[v], *(0.12 * step / np.linalg.norm(step)))
-    args = mesh, opposite_halfedges(mesh.F), vertex_normals(mesh), H
     P = np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]])
     N = TriMesh(P, H[-1].F).face_normals()
     assert ((N * P[H[-1].F].mean(1)).sum(1) <= 0).any()
-    new_face, new_b = relax(*args, face, b, plain.V0)
-    Q = np.einsum("nk,nkd->nd", new_b, mesh.V[mesh.F[new_face]])
+    points = points_on(surface_of(mesh), face, b)
+    assert np.array_equal(points.face, face) and np.allclose(points.P, P)
+    relax(surface_of(mesh), points, H, plain.V0)
+    Q = np.einsum("nk,nkd->nd", points.b, mesh.V[mesh.F[points.face]])
     N = TriMesh(Q, H[-1].F).face_normals()
     assert ((N * Q[H[-1].F].mean(1)).sum(1) > 0).all()
     assert (np.abs(P - Q).max(1) > 1e-12).sum() < 40
@@ -100,7 +102,7 @@ def test_relaxing_does_not_lift_the_faces_off_the_surface(monkeypatch):
     d = decimate(mesh, 100)
     finest = hierarchy(d.F0, len(d.V0), 3)[-1]
     relaxed = levels(d, 3, fitted=False)
-    monkeypatch.setattr("npm_blender.core.lod.relax", lambda m, o, n, c, face, b, home, progress: (face, b))
+    monkeypatch.setattr("npm_blender.core.lod.relax", lambda surface, points, connectivity, home, progress: None)
     plain = levels(d, 3, fitted=False)
     assert turned(relaxed) < 0.2 * turned(plain)
     before, after = (Original(mesh, 5000).evaluate(TriMesh(lod.V, finest.F)) for lod in (plain, relaxed))
@@ -138,6 +140,8 @@ def test_border_vertices_do_not_move():
     rng = np.random.default_rng(0)
     face = rng.integers(0, len(mesh.F), last.n).astype(np.int32)
     face[border] = lod.source_face[border]
-    new_face, b = relax(mesh, d.opposite, vertex_normals(mesh), H, face, lod.barycentric, lod.V0)
-    assert np.array_equal(new_face[border], face[border]) and np.allclose(b[border], lod.barycentric[border])
-    assert (b >= 0).all() and np.allclose(b.sum(1), 1)
+    points = points_on(surface_of(mesh), face, lod.barycentric)
+    relax(surface_of(mesh), points, H, lod.V0)
+    assert np.array_equal(points.face[border], face[border])
+    assert np.allclose(points.b[border], lod.barycentric[border])
+    assert (points.b >= 0).all() and np.allclose(points.b.sum(1), 1)

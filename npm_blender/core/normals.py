@@ -1,0 +1,55 @@
+"""Normals of a triangle mesh, in one pass over its faces."""
+import numpy as np
+
+from .jit import compiled
+from .mesh import TriMesh
+
+
+@compiled(inline="always")
+def _face(V, F, f):
+    """Normal of face f, twice as long as its area."""
+    i, j, k = F[f, 0], F[f, 1], F[f, 2]
+    ux, uy, uz = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
+    vx, vy, vz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
+    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+
+
+@compiled
+def _normalize(N):
+    for i in range(len(N)):
+        size = max(np.sqrt(N[i, 0] * N[i, 0] + N[i, 1] * N[i, 1] + N[i, 2] * N[i, 2]), 1e-300)
+        for c in range(3):
+            N[i, c] /= size
+
+
+@compiled
+def _of_vertices(V, F):
+    N = np.zeros((len(V), 3))
+    for f in range(len(F)):
+        x, y, z = _face(V, F, f)
+        for c in range(3):
+            v = F[f, c]
+            N[v, 0] += x
+            N[v, 1] += y
+            N[v, 2] += z
+    _normalize(N)
+    return N
+
+
+@compiled
+def _of_faces(V, F, faces):
+    N = np.empty((len(faces), 3))
+    for k in range(len(faces)):
+        N[k, 0], N[k, 1], N[k, 2] = _face(V, F, faces[k])
+    _normalize(N)
+    return N
+
+
+def vertex_normals(mesh: TriMesh) -> np.ndarray:
+    """Area-weighted unit vertex normals (n, 3) float64; zero where the faces of a vertex cancel out."""
+    return _of_vertices(mesh.V, mesh.F)
+
+
+def normals_of(mesh: TriMesh, faces: np.ndarray) -> np.ndarray:
+    """Unit normals (k, 3) float64 of the faces (k,); zero for faces without area."""
+    return _of_faces(mesh.V, mesh.F, faces)
