@@ -108,4 +108,4 @@ def decimate_regions(half: Half, quadrics: np.ndarray, queue: Queue, corners: Co
     for _, own in parts:
         counts[5] = max(counts[5], own[5])
     counts[0] -= sum(int(faces[k] - own[0]) for k, (_, own) in enumerate(parts))
-    return history.followed_by(counts, [part for part, _ in parts], (int(counts[0]) - base_faces) // 2)
+    return history.followed_by(counts, [part for part, _ in parts], int(counts[0]) // 2)

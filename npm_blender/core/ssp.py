@@ -77,31 +77,23 @@ def _cross(a, b):
 
 
 @compiled(inline="always")
-def _holding(hist, c, p, count, before):
-    """The entry number of collapse c whose triangle, before or after it, holds p, and twice the areas of the triangles of
-    p with the sides opposite to its corners; -1 where rounding leaves none."""
-    of, uv = hist.collapses, hist.uv
-    at, r, t = np.int64(of[c, AT]), np.int64(of[c, RING]), np.int64(of[c, SIDES])
-    s1, s2 = np.int64(of[c, S1]), np.int64(of[c, S2])
-    i = at + r
-    owner = -1
-    o, v, z = p, uv[at] - p, 0.0
-    for q in range(min(count, t)):
-        k = i + 2
-        if before:
-            k = i + 1 if s1 <= q < s2 else i
-        if k != owner:
-            owner, o = k, uv[k] - p
-            z = _cross(o, v)
-        w = uv[at + q + 1 if q + 1 < r else at] - p
-        x, y = _cross(v, w), _cross(w, o)
+def _areas(hist, c, q, before, p):
+    """Twice the areas of the triangles of p with the sides opposite to the corners of entry number q of collapse c."""
+    a0, a1, a2 = _triangle(hist, c, q, before)
+    u, v, w = hist.uv[a0] - p, hist.uv[a1] - p, hist.uv[a2] - p
+    return _cross(v, w), _cross(w, u), _cross(u, v)
+
+
+@compiled(inline="always")
+def _holding(hist, c, p, count, before, first):
+    """The entry number of collapse c whose triangle, before or after it, holds p, and its `_areas`; -1 where rounding
+    leaves none. first: the number that is tried first, that of the face which the point comes from."""
+    if first < count:
+        x, y, z = _areas(hist, c, first, before, p)
         if x >= 0.0 and y >= 0.0 and z >= 0.0:
-            return q, x, y, z
-        v, z = w, -y
-    for q in range(t, count):
-        a0, a1, a2 = _triangle(hist, c, q, before)
-        u, v, w = uv[a0] - p, uv[a1] - p, uv[a2] - p
-        x, y, z = _cross(v, w), _cross(w, u), _cross(u, v)
+            return first, x, y, z
+    for q in range(count - 1, -1, -1):  # the faces that vanish are the likeliest
+        x, y, z = _areas(hist, c, q, before, p)
         if x >= 0.0 and y >= 0.0 and z >= 0.0:
             return q, x, y, z
     return -1, 0.0, 0.0, 0.0
@@ -112,9 +104,7 @@ def _nearest(hist, c, p, count, before):
     """As `_holding`, for the triangle that p misses by the least share of its area; what is missed is zero."""
     best, number, x, y, z = -np.inf, 0, 1.0, 0.0, 0.0
     for q in range(count):
-        a0, a1, a2 = _triangle(hist, c, q, before)
-        u, v, w = hist.uv[a0] - p, hist.uv[a1] - p, hist.uv[a2] - p
-        dx, dy, dz = _cross(v, w), _cross(w, u), _cross(u, v)
+        dx, dy, dz = _areas(hist, c, q, before, p)
         least = min(dx, dy, dz) / (dx + dy + dz)
         if least > best:
             best, number, x, y, z = least, q, max(dx, 0.0), max(dy, 0.0), max(dz, 0.0)
@@ -141,7 +131,7 @@ def _step(hist, entry, b, to_before):
     for s in range(3):
         if b[k0 if s == 0 else (k1 if s == 1 else k2)] == 0.0 and _on_border(hist, c, number, not to_before, s):
             return _along_border(hist, c, p, count, to_before, b)
-    at, x, y, z = _holding(hist, c, p, count, to_before)
+    at, x, y, z = _holding(hist, c, p, count, to_before, number)
     if at < 0:
         at, x, y, z = _nearest(hist, c, p, count, to_before)
     total = x + y + z
