@@ -28,15 +28,9 @@ class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
         name="Link Files", options={"SKIP_SAVE"},
         description="Keep only the path and checksum of each file in the .blend, instead of packing its stream")
 
-    @classmethod
-    def poll(cls, context):
-        if context.mode != "OBJECT":
-            cls.poll_message_set("Expected Object Mode, found another; leave that mode first")
-            return False
-        return True
-
     def invoke(self, context, event):
-        if self.files or self.properties.is_property_set("filepath"):  # dropped: there is nothing to ask
+        dropped = self.files or self.properties.is_property_set("filepath")
+        if dropped or context.mode != "OBJECT":  # there is nothing to ask
             return self.execute(context)
         return ImportHelper.invoke(self, context, event)
 
@@ -44,6 +38,9 @@ class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
         self.layout.prop(self, "link")
 
     def execute(self, context):
+        if context.mode != "OBJECT":  # no poll: of a drop that poll refuses, Blender says nothing
+            self.report({"ERROR"}, "Expected Object Mode, found another; leave that mode first")
+            return {"CANCELLED"}
         names = [f.name for f in self.files if f.name]
         self._paths = [Path(self.directory, name) for name in names] if names else [Path(self.filepath)]
         if self.blocks():

@@ -94,6 +94,13 @@ def test_a_missing_file(tmp_path):
     assert "found none; check the path" in refusal(bpy.ops.import_scene.npmesh, filepath=str(tmp_path / "no.npmesh"))
 
 
+def test_in_another_mode_one_line_says_so(stream_file):
+    obj = add_object()
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert "Expected Object Mode, found another" in refusal(bpy.ops.import_scene.npmesh, filepath=str(stream_file))
+    assert obj.mode == "EDIT" and list(bpy.data.objects) == [obj]
+
+
 def test_one_bad_file_among_good_ones_does_not_stop_them(stream, tmp_path):
     (tmp_path / "good.npmesh").write_bytes(stream)
     (tmp_path / "bad.npmesh").write_bytes(b"no")
