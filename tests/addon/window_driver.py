@@ -197,4 +197,5 @@ def run(checks: list[Callable[[], Check]]) -> None:
         return TICK_SECONDS
 
     bpy.context.preferences.view.show_splash = False
+    bpy.context.preferences.view.filebrowser_display_type = "SCREEN"
     bpy.app.timers.register(tick, first_interval=1.0, persistent=True)

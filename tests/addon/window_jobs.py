@@ -157,7 +157,6 @@ def browse(confirm: bool, path: Path | None = None):
 
 
 def check_exporting_from_the_file_browser():
-    bpy.context.preferences.view.filebrowser_display_type = "SCREEN"
     obj = fresh_object(5)
     path = Path(bpy.app.tempdir, "window.npmesh")
     for confirm in (False, True):
@@ -171,12 +170,12 @@ def check_exporting_from_the_file_browser():
     assert path.read_bytes() == obj["npmesh_stream"] and not obj.npmesh.is_preview
 
 
-def written(*names: str) -> Path:
-    """A new folder with the stream of the active object under these names, some cut off or damaged."""
+def written(*names: str, data: bytes | None = None) -> Path:
+    """A new folder with a stream, the active object's if none is given, under these names, some cut off or damaged."""
     folder = Path(bpy.app.tempdir, "dropped")
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
-    data = active()["npmesh_stream"]
+    data = data or active()["npmesh_stream"]
     for name in names:
         part = data[:-50] if "cut" in name else data[:60] if "bad" in name else data
         (folder / name).write_bytes(part)
