@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from npm_blender.core.collapses import shape_holds
-from npm_blender.core.decimate import half_edges
+from npm_blender.core.collapsing import half_edges
 from npm_blender.core.edgeheap import DEAD, REJECTED, heapify, put, take
 from npm_blender.core.halfedge import (
     ANCHORED,

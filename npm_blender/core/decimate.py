@@ -11,19 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .borderedges import Corners
-from .collapses import DONE, EMPTY, LEAST, Queue, Scratch, Tests, run
-from .edgeheap import DEAD, REJECTED, heapify
-from .errors import MeshError
-from .halfedge import Half, connect
+from .collapses import DONE, EMPTY, Scratch, Tests
+from .collapsing import Collapsing
+from .halfedge import Half
 from .history import History
 from .leastfaces import roomier
 from .mesh import TriMesh
 from .progress import Progress, no_progress, part, rising
-from .quadric import edge_costs, vertex_quadrics
 from .regions import decimate_regions, worth_dividing
 from .settings import AUTO
-from .topology import opposite_halfedges
 
 FEWEST, MOST = 100, 2000  # base faces that are chosen from the shape
 DEAR = 4e-7  # price (squared distance times area, unit frame) of a collapse that such a base leaves out
@@ -74,27 +70,6 @@ class Decimation:
     message: str = ""
 
 
-def half_edges(mesh: TriMesh) -> Half:
-    """The half-edge form of a mesh. Raises MeshError if it is not an oriented edge- and vertex-manifold."""
-    opposite = opposite_halfedges(mesh.F)
-    corner = mesh.F.reshape(-1).copy()
-    edge, start, out, valence, pinched = connect(corner, opposite, len(mesh.V))
-    if pinched:
-        raise MeshError(f"Expected a manifold mesh, found {pinched} vertices where separate fans of faces meet; "
-                        "clean the mesh first (--clean auto)")
-    return Half(mesh.V.copy(), corner, opposite, edge, out, valence, start, np.zeros(len(mesh.V), np.int64))
-
-
-def _requeue(queue: Queue) -> int:
-    """Put the rejected and the locked edges back, for the first tests; returns the number of edges in the queue."""
-    again = np.flatnonzero(queue.place != DEAD).astype(np.int32)
-    queue.heap[:len(again)] = again
-    queue.stage[again] = 0
-    queue.price[again] = STAGES[0].price * (queue.error[again] + LEAST)
-    heapify(queue.heap, queue.place, queue.price, len(again))
-    return len(again)
-
-
 def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progress = no_progress,
              room: bool = True) -> Decimation:
     """Collapse the edges of an oriented manifold mesh, in the unit frame, down to base_faces faces.
@@ -121,46 +96,32 @@ def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) 
     progress(0.0, MESSAGE)
     enough, dear = (MOST, DEAR) if base_faces == AUTO else (0, np.inf)
     base_faces = FEWEST if base_faces == AUTO else base_faces
-    half = half_edges(mesh)
-    total, edges = len(mesh.F), len(half.start)
-    opposite = half.opposite.copy()
-    quadrics = vertex_quadrics(half.X, half.corner, half.opposite)
-    error = edge_costs(quadrics, half.X, half.corner, half.start)
-    queue = Queue(np.arange(edges, dtype=np.int32), np.full(edges, REJECTED, np.int32), np.empty(edges), error,
-                  np.zeros(edges, np.int8), np.zeros(len(mesh.V), bool))
     tests = Tests(*(np.array(column, np.float64) for column in zip(*STAGES, strict=True)))
-    history = History.empty(total)
-    scratch = Scratch.make()
-    corners = Corners.of(half, enough or base_faces)
-    counts = np.array([total, edges, 0, 0, 0, 0, variant, 0], np.int64)  # see `run`
-    counts[7] = (opposite == np.arange(len(opposite))).any()
-    most, faces = max(base_faces, enough), np.inf
+    work = Collapsing.of(mesh, tests, enough or base_faces, variant)
+    opposite = work.half.opposite.copy()
+    total, most, faces = work.faces, max(base_faces, enough), np.inf
 
     def share(faces: float) -> float:
         return (total - faces) / max(total - base_faces, 1)
 
-    while worth_dividing(counts[0], most) and counts[0] < STALLED * faces:
-        faces = int(counts[0])
-        ahead = part(progress, share(faces), share(LEFT_SHARE * faces))
-        history = decimate_regions(half, quadrics, queue, corners, history, counts, tests, most, dear, ahead, MESSAGE)
-    counts[1] = _requeue(queue)
-    before = counts[2]
-    while counts[0] > base_faces:
-        history = history.with_room(counts, (int(counts[0]) - base_faces) // 2 + 1)
-        reason = run(half, quadrics, queue, corners, history, scratch, counts, base_faces, SLICE, tests, enough, dear)
-        progress(share(counts[0]), MESSAGE)
+    while worth_dividing(work.faces, most) and work.faces < STALLED * faces:
+        faces = work.faces
+        decimate_regions(work, most, dear, part(progress, share(faces), share(LEFT_SHARE * faces)), MESSAGE)
+    work.offer_all()
+    scratch, before = Scratch.make(), work.counts[2]
+    while work.faces > base_faces:
+        reason = work.run(scratch, base_faces, SLICE, enough, dear)
+        progress(share(work.faces), MESSAGE)
         if reason == DONE:
             break
         if reason == EMPTY:
-            if counts[2] == before and not (counts[0] > enough and corners.yield_to()):
-                if not counts[7] or counts[0] != base_faces + 1:
+            if work.counts[2] == before and not (work.faces > enough and work.corners.yield_to()):
+                if not work.counts[7] or work.faces != base_faces + 1:
                     break
-                counts[7] = 0
-            before = counts[2]
-            counts[1] = _requeue(queue)
-    if enough:
-        base_faces = int(counts[0])
-    return _result(mesh, half, history.used(counts), opposite, base_faces)
+                work.counts[7] = 0
+            before = work.counts[2]
+            work.offer_all()
+    return _result(mesh, work.half, work.history.used(work.counts), opposite, work.faces if enough else base_faces)
 
 
 def _result(mesh: TriMesh, half: Half, history: History, opposite: np.ndarray, target: int) -> Decimation:

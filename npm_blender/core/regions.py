@@ -6,12 +6,14 @@ vertex deep. So the boxes can be decimated at the same time, each to a number of
 be made of that box alone; what is left, with the strips between the boxes, is divided again or decimated as a whole.
 Which boxes there are depends on the mesh and the number of base faces, not on the number of threads.
 """
+from dataclasses import replace
+
 import numpy as np
 
-from .borderedges import Corners
-from .collapses import DONE, EMPTY, LEAST, Queue, Scratch, Tests, run
-from .edgeheap import DEAD, LOCKED, heapify
-from .halfedge import Half, following, is_border, preceding
+from .collapses import MORE, Scratch, Tests
+from .collapsing import Collapsing
+from .edgeheap import DEAD, LOCKED
+from .halfedge import following, is_border, preceding
 from .history import History
 from .jit import compiled
 from .locality import boxes
@@ -71,12 +73,12 @@ def _assign(m, label, place, region, edges, faces):
             faces[label[a]] += 1
 
 
-def decimate_regions(half: Half, quadrics: np.ndarray, queue: Queue, corners: Corners, history: History, counts: np.ndarray,
-                     tests: Tests, base_faces: int, dear: float, progress: Progress, message: str) -> History:
-    """Collapse edges inside of boxes; returns the history with them, and counts (see `collapses.run`) follow.
+def decimate_regions(work: Collapsing, base_faces: int, dear: float, progress: Progress, message: str) -> None:
+    """Collapse edges inside of boxes, and note them in the history of the work.
 
     Only edges that pass the first tests, at a price of at most `dear`. Raises what `progress` does.
     """
+    half, queue, counts = work.half, work.queue, work.counts
     most, left = _size(base_faces)
     living = np.flatnonzero(half.out >= 0)
     label = np.full(len(half.out), -1, np.int32)
@@ -85,27 +87,23 @@ def decimate_regions(half: Half, quadrics: np.ndarray, queue: Queue, corners: Co
     region, edges, faces = np.empty(len(queue.place), np.int32), np.zeros(count, np.int64), np.zeros(count, np.int64)
     _assign(half, label, queue.place, region, edges, faces)
     order = np.argsort(region, kind="stable").astype(np.int32)[len(region) - edges.sum():]
-    queue.stage[order] = 0
-    queue.price[order] = tests.price[0] * (queue.error[order] + LEAST)
     ends = np.cumsum(edges)
     touched = np.full(len(half.corner) // 3, -1, np.int32), np.full(len(half.corner) // 3, -1, np.int32)
-    first_tests = Tests(*(column[:1] for column in tests))
-    stamp = int(counts[5])
+    unused = History.empty(0)._replace(head=touched[0], tail=touched[1])
+    first_tests = Tests(*(column[:1] for column in work.tests))
 
-    def task(k: int) -> tuple[History, np.ndarray]:
-        mine = queue._replace(heap=order[ends[k] - edges[k]:ends[k]])
-        heapify(mine.heap, mine.place, mine.price, edges[k])
+    def task(k: int) -> Collapsing:
         seed = int(counts[6]) + 2 * k if counts[6] else 0
-        own = np.array([faces[k], edges[k], 0, 0, 0, stamp, seed, 0], np.int64)
-        part, scratch = History.empty(0)._replace(head=touched[0], tail=touched[1]), Scratch.make()
-        while True:
-            part = part.with_room(own, (int(own[0]) - left) // 2 + 1)
-            reason = run(half, quadrics, mine, corners, part, scratch, own, left, len(region), first_tests, len(region), dear)
-            if reason in (DONE, EMPTY):
-                return part.used(own), own
+        own = np.array([faces[k], 0, 0, 0, 0, counts[5], seed, 0], np.int64)
+        heap = np.empty(edges[k], np.int32)
+        region = replace(work, queue=queue._replace(heap=heap), tests=first_tests, counts=own, history=unused)
+        region.offer(order[ends[k] - edges[k]:ends[k]])
+        while region.run(Scratch.make(), left, len(order), len(order), dear) == MORE:
+            pass
+        return region
 
-    parts = each(task, range(count), progress, message)
-    for _, own in parts:
-        counts[5] = max(counts[5], own[5])
-    counts[0] -= sum(int(faces[k] - own[0]) for k, (_, own) in enumerate(parts))
-    return history.followed_by(counts, [part for part, _ in parts], int(counts[0]) // 2)
+    regions = each(task, range(count), progress, message)
+    counts[5] = max(region.counts[5] for region in regions)
+    counts[0] -= sum(int(faces[k]) - region.faces for k, region in enumerate(regions))
+    parts = [region.history.used(region.counts) for region in regions]
+    work.history = work.history.followed_by(counts, parts, work.faces // 2)

@@ -5,10 +5,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from npm_blender.core import borderedges
-from npm_blender.core import decimate as module
+from npm_blender.core import collapsing as module
 from npm_blender.core.borderedges import LOSS, SEGMENTS, Corners
 from npm_blender.core.clean import clean
-from npm_blender.core.decimate import decimate, half_edges
+from npm_blender.core.collapsing import half_edges
+from npm_blender.core.decimate import decimate
 from npm_blender.core.lod import build_lod
 from npm_blender.core.mesh import Frame, TriMesh
 from npm_blender.core.settings import AUTO, LodSettings

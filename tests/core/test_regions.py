@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from npm_blender.core import decimate as module
 from npm_blender.core import regions
+from npm_blender.core.collapsing import Collapsing
 from npm_blender.core.decimate import decimate
 from npm_blender.core.errors import Cancelled
 from npm_blender.core.history import COLLAPSE, FACE, NEXT, PREVIOUS
@@ -78,8 +79,8 @@ def test_the_number_of_threads_changes_nothing(variant, monkeypatch):
 
 def test_the_regions_do_most_of_the_work(whole, monkeypatch):
     mesh, left = unit(bumpy(5)), []
-    run = module.run
-    monkeypatch.setattr(module, "run", lambda *a: (left.append(int(a[6][0])), run(*a))[1])
+    offer_all = Collapsing.offer_all
+    monkeypatch.setattr(Collapsing, "offer_all", lambda self: (left.append(self.faces), offer_all(self))[1])
     decimate(mesh, 20)
     divided = left[0]
     left.clear()
@@ -129,9 +130,8 @@ def test_the_entries_of_a_face_are_linked_in_the_order_of_their_collapses(shape)
 
 
 def test_the_vertices_of_a_border_stay_while_regions_are_decimated(monkeypatch):
-    mesh = sheet(51, 61)
-    monkeypatch.setattr(module, "run", lambda half, *rest: seen.append(half.out >= 0) or module.DONE)
-    seen = []
+    mesh, seen, offer_all = sheet(51, 61), [], Collapsing.offer_all
+    monkeypatch.setattr(Collapsing, "offer_all", lambda self: (seen.append(self.half.out >= 0), offer_all(self))[1])
     decimate(mesh, 16)
     h = np.flatnonzero(opposite_halfedges(mesh.F) == np.arange(mesh.F.size))
     on_border = mesh.F.reshape(-1)[h]
