@@ -13,9 +13,9 @@ import numpy as np
 from .jit import compiled
 from .progress import Progress, no_progress
 from .quadric import add_outer
+from .rings import cosine
+from .rings import normal as triangle_normal
 from .subdivide import Level
-from .unfold import cosine
-from .unfold import normal as triangle_normal
 
 NORMAL = 0.1  # weight of the normals: squared height difference along an edge, times the area of the face
 SPRING = 0.02  # weight of the squared distance to the point of the map

@@ -1,7 +1,8 @@
-"""Several vertices of the levels moved at once, on trial: what moved, what lies round it, whether that is better.
+"""Several vertices of the levels moved at once, on trial: what moves, what lies round it, whether that is better.
 
 A trial moves some vertices of one level; the finer vertices round them follow to the middles of their edges (see
-`carry`), or a coarse face could never turn upright without folding its own subdivision. A trial is kept if it is better
+`carry`), or a coarse face could never turn upright without folding its own subdivision. Which vertices and faces these
+are depends on connectivity alone, so a patch is gathered once for many trials. A trial is kept if it is better
 (see `better`), else everything goes back to where it was.
 """
 from typing import NamedTuple
@@ -9,146 +10,176 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import compiled
-from .unfold import MARGIN, bulge, cosine, projected
+from .rings import is_turned, measures, upright
 from .walk import move, show, walk
 
 _VERTICES, _FACES = 24, 64  # room for vertices and faces of a patch, times 4^L
+NEAR = 0.05  # distance from the middle of an edge, in its lengths, that ends the search for a place there
 
 
 class Patch(NamedTuple):
-    """Work space: w (3,), best (4,), where (4,) of `improve`; the vertices and faces of a patch, and what is kept of the
-    vertices (face and barycentrics); marks of all vertices and faces; when a vertex last moved, and when single steps last
-    failed at a face; state (4,): last mark, random state, vertices that trials may still move, the time that moved and
-    failed count in."""
+    """Work space: w (3,), best (4,), where (4,) of `improve`; the vertices and faces of a patch, coarse before fine, and
+    how many of them are of each level and those before it (vertices_to, faces_to); what is kept of the vertices (face,
+    barycentrics, position, normal); marks of all vertices and faces; when a vertex last moved for good, and when single
+    steps last failed at a face; moved_now and failed_now: the same within a trial; stuck: when a base vertex last failed
+    to walk home. state (5,): last mark, random state, work left (vertices moved, and some more for each that single
+    steps improve), the time that moved, failed and
+    stuck count in, that of moved_now and failed_now."""
 
     w: np.ndarray
     best: np.ndarray
     where: np.ndarray
     vertices: np.ndarray
     faces: np.ndarray
+    vertices_to: np.ndarray
+    faces_to: np.ndarray
     kept: np.ndarray
     mark: np.ndarray
     seen: np.ndarray
     moved: np.ndarray
     failed: np.ndarray
+    moved_now: np.ndarray
+    failed_now: np.ndarray
+    stuck: np.ndarray
     state: np.ndarray
 
     @staticmethod
     def make(vertices: int, faces: int, levels: int, work: int) -> "Patch":
-        """Work space for that many points and faces in all, levels; work: vertices that trials may move."""
+        """Work space for that many points and faces in all, levels; work: see state."""
         room = _VERTICES * 4**levels
-        return Patch(np.zeros(3), np.zeros(4), np.zeros(4), np.zeros(room, np.int64), np.zeros(_FACES * 4**levels, np.int64),
-                     np.zeros((room, 4)), np.zeros(vertices, np.int64), np.zeros(faces, np.int64),
-                     np.zeros(vertices, np.int64), np.zeros(faces, np.int64), np.array([0, 1, work, 0]))
+
+        def zeros(*size: int) -> np.ndarray:
+            return np.zeros(size, np.int64)
+
+        return Patch(np.zeros(3), np.zeros(4), np.zeros(4), zeros(room), zeros(_FACES * 4**levels), zeros(levels),
+                     zeros(levels), np.zeros((room, 10)), zeros(vertices), zeros(faces), zeros(vertices), zeros(faces),
+                     zeros(vertices), zeros(faces), zeros(vertices), np.array([0, 1, work, 0, 0]))
 
 
 @compiled
-def changed(rings, f, patch):
-    """Whether anything round face f moved since single steps failed at it: if not, they would fail again."""
-    last = patch.failed[f]
+def changed(rings, f, last, moved):
+    """Whether anything round face f moved since the time `last` (0: never) at which single steps failed at it: if not,
+    they would fail again. moved (n,): when each vertex did."""
     if last == 0:
         return True
     for c in range(3):
         v = rings.F[f, c]
-        if patch.moved[v] >= last:
+        if moved[v] >= last:
             return True
-        for level in range(0 if rings.fixed[v] else len(rings.out)):
-            h = start = rings.out[level, v]
-            while h >= 0:
-                if patch.moved[rings.F[h // 3, (h + 1) % 3]] >= last:
+        for level in range(len(rings.at)):
+            for k in range(rings.at[level, v], rings.at[level, v + 1]):
+                if moved[rings.around[k]] >= last:
                     return True
-                h = rings.opposite[h + 2 if h % 3 == 0 else h - 1]
-                if h == start:
-                    break
     return False
 
 
 @compiled
-def add(points, v, patch, count):
-    """Make v, which has not moved yet, one of the patch's vertices; returns the new count."""
+def add(v, patch, count):
+    """Make v one of the patch's vertices; returns the new count."""
     patch.mark[v] = patch.state[0]
     patch.vertices[count] = v
-    kept = patch.kept
-    kept[count, 0], kept[count, 1], kept[count, 2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
-    kept[count, 3] = points.face[v]
     return count + 1
 
 
 @compiled
-def add_neighbours(rings, points, level, v, patch, count):
+def add_neighbours(rings, level, v, patch, count):
     """Add the free neighbours of v at a level; returns the new count, that of the room if it does not suffice."""
-    h = start = rings.out[level, v]
-    while h >= 0:
-        x = rings.F[h // 3, (h + 1) % 3]
+    for k in range(rings.at[level, v], rings.at[level, v + 1]):
+        x = rings.around[k]
         if patch.mark[x] != patch.state[0] and not rings.fixed[x]:
             if count == len(patch.vertices):
                 return count
-            count = add(points, x, patch, count)
-        h = rings.opposite[h + 2 if h % 3 == 0 else h - 1]
-        if h == start:
-            break
+            count = add(x, patch, count)
     return count
 
 
 @compiled
-def faces_round(rings, patch, count):
-    """Collect the faces of all levels round the patch's vertices; returns their number, -1 if there is no room."""
-    found = 0
-    for i in range(count):
-        for level in range(len(rings.out)):
-            h = start = rings.out[level, patch.vertices[i]]
-            while h >= 0:
-                f = h // 3
+def gather(rings, level, patch, count):
+    """Complete a patch, which so far has `count` vertices of a level (-1: of the base): add the finer vertices that follow
+    them and the faces round all, of each level.
+
+    Returns how many vertices there are, or 0 if the room does not suffice.
+    """
+    levels, found = len(rings.at), 0
+    for k in range(levels):
+        if k > level:
+            for i in range(count):
+                if patch.vertices[i] < rings.n[k]:
+                    count = add_neighbours(rings, k, patch.vertices[i], patch, count)
+        patch.vertices_to[k] = count
+        if count == len(patch.vertices):
+            return 0
+    for k in range(levels):
+        for i in range(patch.vertices_to[k]):
+            v = patch.vertices[i]
+            for j in range(rings.at[k, v], rings.at[k, v + 1]):
+                f = rings.faces[j]
                 if patch.seen[f] != patch.state[0]:
                     if found == len(patch.faces):
-                        return -1
+                        return 0
                     patch.seen[f] = patch.state[0]
                     patch.faces[found] = f
                     found += 1
-                h = rings.opposite[h + 2 if h % 3 == 0 else h - 1]
-                if h == start:
-                    break
-    return found
+        patch.faces_to[k] = found
+    return count
 
 
 @compiled
-def turned(rings, points, patch, count):
-    """How many of the patch's faces are turned."""
+def turned(rings, points, patch, first, end, most):
+    """How many of the patch's faces number first..end - 1 are turned; more than `most` are not counted."""
     out = 0
-    for i in range(count):
-        out += cosine(rings.F, points.P, points.N, patch.faces[i]) <= MARGIN
+    for i in range(first, end):
+        if is_turned(rings.F, points.P, points.N, patch.faces[i]):
+            out += 1
+            if out > most:
+                break
     return out
 
 
 @compiled
-def fitness(rings, points, patch, count):
+def fitness(rings, points, patch):
     """Of the patch's faces: how many are turned; and of the finest ones the summed bulge, and the summed area projected on
     the surface, from which turned faces take away (times 6)."""
-    height = area = 0.0
-    for i in range(count):
+    levels, height, area = len(rings.at), 0.0, 0.0
+    finest = patch.faces_to[levels - 2] if levels > 1 else 0
+    out = turned(rings, points, patch, 0, finest, finest)
+    for i in range(finest, patch.faces_to[levels - 1]):
         f = patch.faces[i]
-        if f >= rings.first[len(rings.out) - 1]:
-            height += bulge(rings.F, points.P, points.N, f)
-            area += projected(rings.F, points.P, points.N, f)
-    return turned(rings, points, patch, count), height, area
+        product, size, bulge = measures(points.P, points.N, rings.F[f, 0], rings.F[f, 1], rings.F[f, 2])
+        height += bulge
+        area += product
+        out += not upright(product, size)
+    return out, height, area
 
 
 @compiled
-def better(rings, points, patch, count, before, most, farther, covered):
+def better(rings, points, patch, before, most, farther, covered):
     """Whether at most `most` of the patch's faces are turned; there may be `farther` times the bulge of `before`, and must
     be `covered` times the area."""
-    after = fitness(rings, points, patch, count)
-    return after[0] <= most and after[1] <= farther * before[1] + 1e-15 and after[2] >= covered * before[2]
+    if turned(rings, points, patch, 0, patch.faces_to[len(rings.at) - 1], most) > most:
+        return False
+    after = fitness(rings, points, patch)
+    return after[1] <= farther * before[1] + 1e-15 and after[2] >= covered * before[2]
 
 
 @compiled
-def swap(surface, points, patch, count):
-    """Put the patch's vertices back where they were, and keep where they are."""
+def keep(points, patch, count):
+    """Keep where the patch's vertices are."""
     for i in range(count):
-        v, g = patch.vertices[i], patch.kept[i, 3]
-        b0, b1, b2, f = points.b[v, 0], points.b[v, 1], points.b[v, 2], points.face[v]
-        move(surface, points, v, int(g), patch.kept[i])
-        patch.kept[i, 0], patch.kept[i, 1], patch.kept[i, 2], patch.kept[i, 3] = b0, b1, b2, f
+        v, kept = patch.vertices[i], patch.kept[i]
+        kept[9] = points.face[v]
+        for c in range(3):
+            kept[c], kept[3 + c], kept[6 + c] = points.b[v, c], points.P[v, c], points.N[v, c]
+
+
+@compiled
+def restore(points, patch, count):
+    """Put the patch's vertices back where they were kept."""
+    for i in range(count):
+        v, kept = patch.vertices[i], patch.kept[i]
+        points.face[v] = int(kept[9])
+        for c in range(3):
+            points.b[v, c], points.P[v, c], points.N[v, c] = kept[c], kept[3 + c], kept[6 + c]
 
 
 @compiled
@@ -161,11 +192,12 @@ def settled(patch, count):
 
 @compiled
 def halve(surface, points, v, i, j, w, u):
-    """Put v near the middle between i and j: the best of three walks, from its own place and from theirs."""
+    """Put v near the middle between i and j: the best of three walks, from its own place and from theirs, or the first that
+    comes near."""
     P = points.P
     mx, my, mz = (P[i, 0] + P[j, 0]) / 2, (P[i, 1] + P[j, 1]) / 2, (P[i, 2] + P[j, 2]) / 2
+    enough = NEAR * NEAR * ((P[i, 0] - P[j, 0]) ** 2 + (P[i, 1] - P[j, 1]) ** 2 + (P[i, 2] - P[j, 2]) ** 2)
     nearest, face = np.inf, -1
-    show(surface, points, v, points.face[v], points.b[v])
     ox, oy, oz = P[v, 0], P[v, 1], P[v, 2]
     for trial in range(3):
         o = v if trial == 0 else (i if trial == 1 else j)
@@ -179,30 +211,29 @@ def halve(surface, points, v, i, j, w, u):
         if gap < nearest:
             nearest, face = gap, g
             u[0], u[1], u[2] = w[0], w[1], w[2]
+        if gap <= enough:
+            break
     move(surface, points, v, face, u)
 
 
 @compiled
-def carry(surface, rings, points, level, patch, count):
-    """Put the finer vertices round the patch's, which are of a level (-1: of the base), on the middles of their edges.
+def carry(surface, rings, points, level, patch, most):
+    """Put the patch's finer vertices on the middles of their edges, after those of a level (-1: of the base) moved.
 
-    Returns the new count, that of the room if it does not suffice.
+    Stops before the first level that comes with more than `most` turned faces in all; returns how many vertices were
+    carried, and whether all.
     """
-    for k in range(level + 1, len(rings.out)):
-        old = count
-        for i in range(old):
-            if patch.vertices[i] < rings.n[k]:
-                count = add_neighbours(rings, points, k, patch.vertices[i], patch, count)
-        for i in range(old, count):
-            v = patch.vertices[i]
-            a = b = -1
-            h = start = rings.out[k, v]
-            while True:
-                o = rings.F[h // 3, (h + 1) % 3]
-                if o < rings.n[k]:
-                    a, b = b, o
-                h = rings.opposite[h + 2 if h % 3 == 0 else h - 1]
-                if h == start:
-                    break
-            halve(surface, points, v, a, b, patch.w, patch.where)
-    return count
+    first = start = patch.vertices_to[level] if level >= 0 else 1
+    found, faces = 0, 0
+    for k in range(len(rings.at)):
+        if k > level:
+            for i in range(first, patch.vertices_to[k]):
+                v = patch.vertices[i]
+                halve(surface, points, v, rings.parents[v, 0], rings.parents[v, 1], patch.w, patch.where)
+            first = patch.vertices_to[k]
+        if k >= level:
+            found += turned(rings, points, patch, faces, patch.faces_to[k], most - found)
+            faces = patch.faces_to[k]
+            if found > most:
+                return first - start, False
+    return first - start, True

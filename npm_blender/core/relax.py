@@ -5,42 +5,27 @@ bent or the part is thinner than the face. Base vertices that lie far from their
 vertices of turned faces walk over the surface (see `unfold`), then what that leaves is shaken (see `shake`). A step counts
 over all levels that hold the vertex.
 """
+from collections.abc import Callable
+
 import numpy as np
 
 from .home import go_home
 from .jit import compiled
 from .patch import Patch, changed, halve
 from .progress import Progress, no_progress
-from .shake import shake
+from .rings import is_turned, rings_of
+from .shake import mend, shake
 from .subdivide import Level
-from .unfold import MARGIN, Rings, cosine, improve
 from .walk import Points, Surface
 
 PASSES = 12
 HOME = 3  # rounds in which base vertices walk home
 # trials for a face, and the share of the projected area that is to stay: what keeps it is tried first
-ROUNDS = ((4, 0.97), (8, 0.97), (16, 0.95), (24, 0.9), (32, 0.8))
-WORK = 3_000_000  # vertices that trials of shaking may move, in all: bounds the time that a hopeless mesh takes
-SLICE = 5000  # of them between two calls of `progress`: some tenths of a second
+ROUNDS = ((4, 0.97), (8, 0.97), (16, 0.95), (24, 0.9), (32, 0.8), (48, 0.8))
+WORK = 12_000_000  # see `patch.Patch`: bounds the time that a hopeless mesh takes, about 10 s
+SLICE = 100_000  # of it between two calls of `progress`: some tenths of a second
 HOME_SLICE = 100  # base vertices between two calls
 MESSAGE = "Unfolding the levels"
-
-
-def rings_of(levels: list[Level]) -> Rings:
-    """The rings of levels 1..L of a hierarchy; border vertices are fixed."""
-    n = np.array([level.n for level in levels])
-    levels = levels[1:]
-    first = np.cumsum([0] + [len(level.F) for level in levels])
-    out = np.full((len(levels), levels[-1].n), -1, np.int64)
-    opposite = []
-    for k, level in enumerate(levels):
-        out[k, level.F.reshape(-1)] = np.arange(level.F.size) + 3 * first[k]
-        opposite.append(level.opposite.astype(np.int64) + 3 * first[k])
-    fixed = np.zeros(levels[-1].n, bool)
-    last = levels[-1]
-    border = np.flatnonzero(last.opposite == np.arange(last.F.size))
-    fixed[last.F.reshape(-1)[border]] = True
-    return Rings(np.concatenate([level.F for level in levels]), np.concatenate(opposite), first, out, fixed, n)
 
 
 @compiled
@@ -57,41 +42,40 @@ def _halve(surface, points, start, edges, patch):
 
 
 @compiled
-def _steps(surface, rings, points, levels, passes, patch, covered):
-    """Improve single vertices of turned faces until nothing moves."""
-    for _ in range(passes):
-        moved = False
-        for level in range(levels):
-            for f in range(rings.first[level], rings.first[level + 1]):
-                if cosine(rings.F, points.P, points.N, f) > MARGIN or not changed(rings, f, patch):
-                    continue
-                patch.state[3] += 1
-                patch.failed[f] = patch.state[3]
-                for c in range(3):
-                    if cosine(rings.F, points.P, points.N, f) > MARGIN:
-                        break
-                    v = rings.F[f, c]
-                    if not rings.fixed[v] and improve(surface, rings, points, f, c, level, levels, patch.w,
-                                                      patch.best, patch.where, True, covered):
-                        patch.moved[v] = patch.state[3]
-                        moved = True
-        if not moved:
-            break
+def _steps(surface, rings, points, at, most, patch, covered):
+    """Improve single vertices of turned faces from number `at` on, until that took `most` work.
 
-
-@compiled
-def _shakes(surface, rings, points, at, most, trials, patch, covered):
-    """Shake the turned faces from number `at` on until `most` vertices moved; the number of the next face, or that of all."""
-    levels, level = len(rings.out), 0
+    Returns the number of the next face, or that of all, and whether a vertex moved.
+    """
+    levels, level, moved = len(rings.at), 0, False
     least = patch.state[2] - most
     for f in range(at, rings.first[levels]):
         while f >= rings.first[level + 1]:
             level += 1
-        if cosine(rings.F, points.P, points.N, f) <= MARGIN:
-            shake(surface, rings, points, f, level, levels, trials, patch, covered)
+        if not is_turned(rings.F, points.P, points.N, f) or not changed(rings, f, patch.failed[f], patch.moved):
+            continue
+        patch.state[3] += 1
+        patch.failed[f] = patch.state[3]
+        if mend(surface, rings, points, f, level, patch, False, patch.moved, patch.state[3], True, covered):
+            moved = True
+        if patch.state[2] <= least:
+            return f + 1, moved
+    return rings.first[levels], moved
+
+
+@compiled
+def _shakes(surface, rings, points, at, most, patch, covered, trials):
+    """Shake the turned faces from number `at` on, until that took `most` work; returns as `_steps`."""
+    levels, level, moved = len(rings.at), 0, False
+    least = patch.state[2] - most
+    for f in range(at, rings.first[levels]):
+        while f >= rings.first[level + 1]:
+            level += 1
+        if is_turned(rings.F, points.P, points.N, f):
+            moved |= shake(surface, rings, points, f, level, trials, patch, covered)
             if patch.state[2] <= least:
-                return f + 1
-    return rings.first[levels]
+                return f + 1, moved
+    return rings.first[levels], moved
 
 
 def relax(surface: Surface, points: Points, levels: list[Level], home: np.ndarray, progress: Progress = no_progress) -> None:
@@ -102,7 +86,7 @@ def relax(surface: Surface, points: Points, levels: list[Level], home: np.ndarra
     Deterministic, in bounded time. Raises whatever `progress` raises.
     """
     rings = rings_of(levels)
-    patch = Patch.make(len(points.P), len(rings.F), len(rings.out), WORK)
+    patch = Patch.make(len(points.P), len(rings.F), len(rings.at), WORK)
     start = points.P.copy()
     for _ in range(HOME):
         done = 0
@@ -111,10 +95,18 @@ def relax(surface: Surface, points: Points, levels: list[Level], home: np.ndarra
             done += go_home(surface, rings, points, home, at, at + HOME_SLICE, patch)
         if not done:
             break
-    for trials, covered in ROUNDS:
-        _steps(surface, rings, points, len(rings.out), PASSES, patch, covered)
-        at = 0
+    def sliced(step: Callable, *options: float) -> bool:
+        """Take a step over all faces in slices; whether a vertex moved."""
+        at, moved = 0, False
         while at < len(rings.F) and patch.state[2] > 0:
             progress(1 - patch.state[2] / WORK, MESSAGE)
-            at = _shakes(surface, rings, points, at, SLICE, trials, patch, covered)
+            at, now = step(surface, rings, points, at, SLICE, patch, *options)
+            moved |= now
+        return moved
+
+    for trials, covered in ROUNDS:
+        for _ in range(PASSES):
+            if not sliced(_steps, covered):
+                break
+        sliced(_shakes, covered, trials)
     _halve(surface, points, start, levels[-1].edges[:len(start) - levels[-1].n], patch)

@@ -6,14 +6,17 @@ goes back to where it was. The random steps are seeded, so the result is the sam
 import numpy as np
 
 from .jit import compiled
-from .patch import add, add_neighbours, better, carry, faces_round, fitness, settled, swap, turned
-from .unfold import FARTHER, MARGIN, cosine, improve, middle
+from .patch import add, add_neighbours, better, carry, changed, fitness, gather, keep, restore, settled, turned
+from .rings import is_turned
+from .unfold import FARTHER, improve, middle
 from .walk import move, walk
 
-SMOOTHED = 4  # trials that smooth, each with one more ring of vertices
+SMOOTHED = 4  # trials that smooth, each with one more ring of vertices; the others shake
 SMOOTH = 2  # steps of smoothing
 LEAST = 0.15  # random step of the first trial, in mean lengths of the face's sides; of the last: 1
 SWEEPS = 4
+WORSE, WORSE_OF = 10, 16  # so many turned faces more than before, or one in so many of the patch's, are not mended
+STEP = 5  # work of improving a vertex, in vertices moved
 
 
 @compiled
@@ -40,7 +43,7 @@ def _throw(surface, points, v, size, patch):
 
 @compiled
 def _smooth(surface, rings, points, level, patch, count):
-    """Walk the patch's vertices towards the middles of their rings of a level, some times."""
+    """Walk the patch's first vertices towards the middles of their rings of a level, some times."""
     w = patch.w
     for _ in range(SMOOTH):
         for i in range(count):
@@ -52,63 +55,106 @@ def _smooth(surface, rings, points, level, patch, count):
 
 
 @compiled
-def _mend(surface, rings, points, levels, faces, before, patch, covered):
-    """Improve marked corners of turned faces among the patch's; returns how many faces stay turned."""
-    after = turned(rings, points, patch, faces)
-    for _ in range(SWEEPS):
-        if after == 0 or after > 3 * before + 6:
+def mend(surface, rings, points, f, level, patch, within, moved, time, thorough, covered):
+    """Improve the free corners of face f of a level while it is turned; within: only those of the patch.
+
+    True if one moved, whose time is noted in moved (n,).
+    """
+    found = False
+    for c in range(3):
+        v = rings.F[f, c]
+        if not is_turned(rings.F, points.P, points.N, f):
             break
-        moved = False
-        for k in range(faces):
-            f = patch.faces[k]
-            level = 0
-            while f >= rings.first[level + 1]:
-                level += 1
-            for c in range(3):
-                if cosine(rings.F, points.P, points.N, f) > MARGIN:
-                    break
-                if patch.mark[rings.F[f, c]] == patch.state[0]:
-                    moved |= improve(surface, rings, points, f, c, level, levels, patch.w, patch.best, patch.where,
-                                     after <= before, covered)
-        after = turned(rings, points, patch, faces)
-        if not moved:
-            break
-    return after
+        if not rings.fixed[v] and (not within or patch.mark[v] == patch.state[0]):
+            patch.state[2] -= STEP
+            if improve(surface, rings, points, f, c, level, len(rings.at), patch.w, patch.best, patch.where, thorough, covered):
+                moved[v] = time
+                found = True
+    return found
 
 
 @compiled
-def shake(surface, rings, points, f, level, levels, trials, patch, covered):
-    """Smooth round face f of a level, then shake its corners, and every other time their rings, up to `trials` times.
+def _mend_all(surface, rings, points, before, most, patch, covered):
+    """Improve corners of the patch's turned faces, `before` of which were turned before the trial; above `most` there is no hope.
+
+    What failed is tried again only when something moved round it.
+    """
+    levels, state = len(rings.at), patch.state
+    faces = patch.faces_to[levels - 1]
+    after = turned(rings, points, patch, 0, faces, faces)
+    thorough, begun = False, 0
+    for _ in range(SWEEPS):
+        if after == 0 or after > most:
+            break
+        if begun == 0 or thorough != (after <= before):  # what failed at less may do now
+            thorough = after <= before
+            state[4] += 1
+            begun = state[4]
+        moved, level = False, 0
+        for k in range(faces):
+            f = patch.faces[k]
+            while k >= patch.faces_to[level]:
+                level += 1
+            if not is_turned(rings.F, points.P, points.N, f):
+                continue
+            if patch.failed_now[f] >= begun and not changed(rings, f, patch.failed_now[f], patch.moved_now):
+                continue
+            state[4] += 1
+            patch.failed_now[f] = state[4]
+            moved |= mend(surface, rings, points, f, level, patch, True, patch.moved_now, state[4], thorough, covered)
+        after = turned(rings, points, patch, 0, faces, faces)
+        if not moved:
+            break
+
+
+@compiled
+def _gather_round(rings, f, level, width, patch):
+    """The patch of the free corners of face f of a level and `width` rings round them.
+
+    Returns how many of its vertices are of that level, and how many there are in all (0: no room).
+    """
+    patch.state[0] += 1
+    count = 0
+    for c in range(3):
+        if not rings.fixed[rings.F[f, c]]:
+            count = add(rings.F[f, c], patch, count)
+    for _ in range(width):
+        for i in range(count):
+            count = add_neighbours(rings, level, patch.vertices[i], patch, count)
+    return count, gather(rings, level, patch, count)
+
+
+@compiled
+def shake(surface, rings, points, f, level, trials, patch, covered):
+    """Smooth and shake the corners of face f of a level, then these with one ring round them, up to `trials` times in all,
+    then smooth with two and three rings: what costs least comes first.
 
     True if that left fewer turned faces; the faces round them keep `covered` of their projected area.
     """
-    for trial in range(trials):
-        if patch.state[2] <= 0:
+    for width in range(SMOOTHED):
+        free, count = _gather_round(rings, f, level, width, patch)
+        if count == 0:
             break
-        patch.state[0] += 1
-        count = 0
-        for c in range(3):
-            if not rings.fixed[rings.F[f, c]]:
-                count = add(points, rings.F[f, c], patch, count)
-        for _ in range(trial if trial < SMOOTHED else trial % 2):
-            for i in range(count):
-                count = add_neighbours(rings, points, level, patch.vertices[i], patch, count)
-        if trial < SMOOTHED:
-            _smooth(surface, rings, points, level, patch, count)
-        else:
-            size = _size(rings.F, points.P, f) * (LEAST + (1.0 - LEAST) * trial / trials)
-            for i in range(count):
-                _throw(surface, points, patch.vertices[i], size, patch)
-        count = carry(surface, rings, points, level, patch, count)
-        patch.state[2] -= count
-        faces = faces_round(rings, patch, count)
-        swap(surface, points, patch, count)
-        before = fitness(rings, points, patch, faces)
-        swap(surface, points, patch, count)
-        _mend(surface, rings, points, levels, faces, before[0], patch, covered)
-        fits = 0 <= faces and count < len(patch.vertices)
-        if fits and better(rings, points, patch, faces, before, before[0] - 1, FARTHER, covered):
-            settled(patch, count)
-            return True
-        swap(surface, points, patch, count)
+        keep(points, patch, count)
+        before = fitness(rings, points, patch)
+        most = before[0] + max(WORSE, patch.faces_to[len(rings.at) - 1] // WORSE_OF)
+        for trial in range(trials if width < 2 else 1):
+            if patch.state[2] <= 0:
+                return False
+            if trial == 0:
+                _smooth(surface, rings, points, level, patch, free)
+            elif trial < SMOOTHED or trial % 2 != width:
+                continue
+            else:
+                size = _size(rings.F, points.P, f) * (LEAST + (1.0 - LEAST) * trial / trials)
+                for i in range(free):
+                    _throw(surface, points, patch.vertices[i], size, patch)
+            carried, promising = carry(surface, rings, points, level, patch, most)
+            patch.state[2] -= free + carried
+            if promising:
+                _mend_all(surface, rings, points, before[0], most, patch, covered)
+                if better(rings, points, patch, before, before[0] - 1, FARTHER, covered):
+                    settled(patch, count)
+                    return True
+            restore(points, patch, count)
     return False

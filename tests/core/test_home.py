@@ -6,7 +6,8 @@ from npm_blender.core.lod import levels
 from npm_blender.core.mesh import TriMesh
 from npm_blender.core.normals import vertex_normals
 from npm_blender.core.patch import Patch
-from npm_blender.core.relax import relax, rings_of
+from npm_blender.core.relax import relax
+from npm_blender.core.rings import rings_of
 from npm_blender.core.subdivide import hierarchy
 from npm_blender.core.topology import opposite_halfedges
 from npm_blender.core.walk import Surface, points_on, walk
