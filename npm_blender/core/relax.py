@@ -21,7 +21,7 @@ from .walk import Points, Surface
 PASSES = 12
 HOME = 3  # rounds in which base vertices walk home
 # trials for a face, and the share of the projected area that is to stay: what keeps it is tried first
-ROUNDS = ((4, 0.97), (8, 0.97), (16, 0.95), (24, 0.9), (32, 0.8), (48, 0.8))
+ROUNDS = ((4, 0.97), (8, 0.97), (16, 0.95), (24, 0.95), (32, 0.9), (48, 0.85))
 WORK = 12_000_000  # see `patch.Patch`: bounds the time that a hopeless mesh takes, about 10 s
 SLICE = 100_000  # of it between two calls of `progress`: some tenths of a second
 HOME_SLICE = 100  # base vertices between two calls

@@ -109,6 +109,15 @@ def test_relaxing_does_not_lift_the_faces_off_the_surface(monkeypatch):
     assert after.d_pm <= 1.01 * before.d_pm and after.d_normal < before.d_normal
 
 
+def test_work_bounds_single_steps_too(monkeypatch):
+    d = decimate(plate(), 100)
+    full = turned(levels(d, 3))
+    monkeypatch.setattr("npm_blender.core.relax.WORK", 300)
+    some = turned(levels(d, 3))
+    monkeypatch.setattr("npm_blender.core.relax.WORK", 0)
+    assert full < some < turned(levels(d, 3))
+
+
 def test_the_same_points_on_every_run():
     d = decimate(plate(), 100)
     one, two = levels(d, 3), levels(d, 3)
