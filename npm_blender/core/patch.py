@@ -23,8 +23,7 @@ class Patch(NamedTuple):
     barycentrics, position, normal); marks of all vertices and faces; when a vertex last moved for good, and when single
     steps last failed at a face; moved_now and failed_now: the same within a trial; stuck: when a base vertex last failed
     to walk home. state (5,): last mark, random state, work left (vertices moved, and some more for each that single
-    steps improve), the time that moved, failed and
-    stuck count in, that of moved_now and failed_now."""
+    steps improve), the time that moved, failed and stuck count in, that of moved_now and failed_now."""
 
     w: np.ndarray
     best: np.ndarray
