@@ -11,10 +11,10 @@ the map leave upright, its vertices go back towards those points (see `upright`)
 import numpy as np
 
 from .jit import compiled
+from .normals import normal as triangle_normal
 from .progress import Progress, no_progress
 from .quadric import add_outer
 from .rings import cosine
-from .rings import normal as triangle_normal
 from .subdivide import Level
 
 NORMAL = 0.1  # weight of the normals: squared height difference along an edge, times the area of the face

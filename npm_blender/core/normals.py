@@ -5,12 +5,11 @@ from .jit import compiled
 from .mesh import TriMesh
 
 
-@compiled(inline="always")
-def _face(V, F, f):
-    """Normal of face f, twice as long as its area."""
-    i, j, k = F[f, 0], F[f, 1], F[f, 2]
-    ux, uy, uz = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
-    vx, vy, vz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
+@compiled
+def normal(P, a, b, c):
+    """Normal of the triangle of points a, b, c of P, twice as long as its area."""
+    ux, uy, uz = P[b, 0] - P[a, 0], P[b, 1] - P[a, 1], P[b, 2] - P[a, 2]
+    vx, vy, vz = P[c, 0] - P[a, 0], P[c, 1] - P[a, 1], P[c, 2] - P[a, 2]
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
@@ -26,7 +25,7 @@ def _normalize(N):
 def _of_vertices(V, F):
     N = np.zeros((len(V), 3))
     for f in range(len(F)):
-        x, y, z = _face(V, F, f)
+        x, y, z = normal(V, F[f, 0], F[f, 1], F[f, 2])
         for c in range(3):
             v = F[f, c]
             N[v, 0] += x
@@ -40,7 +39,8 @@ def _of_vertices(V, F):
 def _of_faces(V, F, faces):
     N = np.empty((len(faces), 3))
     for k in range(len(faces)):
-        N[k, 0], N[k, 1], N[k, 2] = _face(V, F, faces[k])
+        f = faces[k]
+        N[k, 0], N[k, 1], N[k, 2] = normal(V, F[f, 0], F[f, 1], F[f, 2])
     _normalize(N)
     return N
 

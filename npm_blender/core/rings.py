@@ -4,6 +4,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import compiled
+from .normals import normal
 from .subdivide import Level
 
 MARGIN = 0.05  # cosine between face and surface up to which a face counts as turned: the fit still moves it
@@ -66,14 +67,6 @@ def rings_of(levels: list[Level]) -> Rings:
         at[k, 0] = at[k - 1, -1] if k else 0
         _collect(level.F, level.opposite, first[k], fixed, at[k], around, faces)
     return Rings(F, first, at, around, faces, parents, fixed, n)
-
-
-@compiled
-def normal(P, a, b, c):
-    """Normal of the triangle of points a, b, c of P, twice as long as its area."""
-    ux, uy, uz = P[b, 0] - P[a, 0], P[b, 1] - P[a, 1], P[b, 2] - P[a, 2]
-    vx, vy, vz = P[c, 0] - P[a, 0], P[c, 1] - P[a, 1], P[c, 2] - P[a, 2]
-    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
 @compiled
