@@ -2,6 +2,7 @@
 import numpy as np
 
 from .jit import compiled
+from .normals import normal as triangle_normal
 
 WORK = 300  # corners looked at for each corner, on average over a mesh, at most; and so many more:
 SPARE = 100_000_000
@@ -39,26 +40,18 @@ def _triangulate(V, corners, counts):
 
 
 @compiled
-def _area(V, i, j, k):
-    """Twice the area vector of the triangle of vertices i, j, k."""
-    ax, ay, az = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
-    bx, by, bz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-
-
-@compiled
 def _normal(V, polygon):
     """Newell's normal, not normalised."""
     x, y, z = 0.0, 0.0, 0.0
     for i in range(1, len(polygon) - 1):
-        a, b, c = _area(V, polygon[0], polygon[i], polygon[i + 1])
+        a, b, c = triangle_normal(V, polygon[0], polygon[i], polygon[i + 1])
         x, y, z = x + a, y + b, z + c
     return x, y, z
 
 
 @compiled
 def _along(V, i, j, k, normal):
-    a = _area(V, i, j, k)
+    a = triangle_normal(V, i, j, k)
     return a[0] * normal[0] + a[1] * normal[1] + a[2] * normal[2]
 
 
