@@ -115,7 +115,7 @@ def _half_octaves(x):
     return min(max(int(np.floor(2 * np.log2(x))) + 1, 0), _SIZES - 1)
 
 
-@compiled
+@compiled(allocates=True)
 def _code_places(coder, m, v, ring, count, faces, border, p, q, step, tangent, apart, vx, tx, seen):
     """Places of v and of the new vertex, vx and tx (3,): from them when sending, into them always."""
     X = m.X
@@ -174,7 +174,7 @@ def _code_places(coder, m, v, ring, count, faces, border, p, q, step, tangent, a
         tx[k] = X[v, k] + middle[k] + half[k] + apart * d[k] / 2
 
 
-@compiled
+@compiled(allocates=True)
 def code_batches(coder, m, exponents, target, plan, ends, cuts, at, name, known, tangent, apart, limit, trace):
     """Code batches until `limit` vertices were visited; returns the visits.
 

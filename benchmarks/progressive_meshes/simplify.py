@@ -21,7 +21,7 @@ from npm_blender.core.halfedge import (
     following,
     gather,
     is_border,
-    links_meet,
+    is_simple,
     preceding,
 )
 from npm_blender.core.jit import compiled
@@ -69,13 +69,13 @@ def _touch(m, Q, heap, place, cost, i, size):
             return size
 
 
-@compiled
+@compiled(allocates=True)
 def _batch(m, Q, heap, place, cost, size, faces, target, most, limit, cosine, quality, blocked, b, counts, ends, cuts, at,
            batch, error, aside):
-    """One batch; returns queue size, faces left and number of collapses so far. counts[0]: stamp for links_meet."""
+    """One batch; returns queue size, faces left and number of collapses so far."""
     ring, face = np.zeros(MAX_RING + 8, np.int32), np.zeros(MAX_RING + 8, np.int32)
     dead = np.zeros(3, np.int32)
-    done, waiting, first = counts[1], 0, counts[1]
+    done, waiting, first = counts[0], 0, counts[0]
     while size > 0 and faces > target and done - first < most and cost[heap[0]] <= limit:
         e = heap[0]
         c = cost[e]
@@ -89,9 +89,9 @@ def _batch(m, Q, heap, place, cost, size, faces, target, most, limit, cosine, qu
             continue
         if m.valence[i] + m.valence[j] > 40:
             continue
-        kind, common = INNER, 2
+        kind = INNER
         if o == h:
-            kind, common = EDGE, 1
+            kind = EDGE
         else:
             at_i, at_j = is_border(m, i), is_border(m, j)
             if at_i and at_j:
@@ -100,11 +100,8 @@ def _batch(m, Q, heap, place, cost, size, faces, target, most, limit, cosine, qu
                 kind = ANCHORED
             if at_j:
                 h, o, i, j = o, h, j, i
-        counts[0] += 1
-        if links_meet(m, i, j, counts[0]) != common:
-            continue
         r, t, s1, s2 = gather(m, h, kind, ring, face)
-        if t == 0 or (kind == INNER and r < 3):
+        if t == 0 or (kind == INNER and r < 3) or not is_simple(ring, r, s1, s2):
             continue
         _, x, y, z = best_point(Q, m.X, i, j)
         if not shape_holds(m.X, ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
@@ -128,7 +125,7 @@ def _batch(m, Q, heap, place, cost, size, faces, target, most, limit, cosine, qu
         e = aside[q]
         if place[e] == REJECTED:
             size = put(heap, place, cost, e, cost[e], size)
-    counts[1] = done
+    counts[0] = done
     return size, faces
 
 
@@ -142,19 +139,19 @@ def simplify(mesh: TriMesh, target: int) -> Collapses:
     heap, aside = np.arange(len(m.start), dtype=np.int32), np.zeros(len(m.start), np.int32)
     heapify(heap, place, cost, len(heap))
     size = len(heap)
-    blocked, counts = np.full(n, -1, np.int64), np.zeros(2, np.int64)
+    blocked, counts = np.full(n, -1, np.int64), np.zeros(1, np.int64)
     ends, cuts, batch = np.zeros((n, 2), np.int32), np.zeros((n, 2), np.int32), np.zeros(n, np.int32)
     at, error = np.zeros((n, 2, 3)), np.zeros(n)
     stage, b = 0, 0
     while faces > target:
-        most = max((n - counts[1]) // SHARE, 1)
+        most = max((n - counts[0]) // SHARE, 1)
         queued = cost[heap[:size]]
         limit = np.inf if size <= most else DEARER * np.partition(queued, most)[most] + 1e-16
-        before = counts[1]
+        before = counts[0]
         size, faces = _batch(m, Q, heap, place, cost, size, faces, target, most, limit, *_TESTS[stage], blocked, b, counts,
                              ends, cuts, at, batch, error, aside)
         b += 1
-        if counts[1] == before and size == 0:
+        if counts[0] == before and size == 0:
             if stage + 1 == len(_TESTS):
                 break
             stage += 1
@@ -162,8 +159,8 @@ def simplify(mesh: TriMesh, target: int) -> Collapses:
             heap[: len(again)] = again
             size = len(again)
             heapify(heap, place, cost, size)
-        elif stage and counts[1] - before > most // 2:
+        elif stage and counts[0] - before > most // 2:
             stage = 0
-    c = int(counts[1])
+    c = int(counts[0])
     corner = m.corner.reshape(-1, 3)
     return Collapses(ends[:c], cuts[:c], at[:c], batch[:c], error[:c], m.X, corner[corner[:, 0] >= 0].copy())

@@ -122,7 +122,7 @@ def _code(coder, x, value, near, v, level, old):
     return old + turn * code_signed(coder, turn * (x - old), i, j, k, w + _STRIDE * _LEVELS, _LIMIT)
 
 
-@compiled
+@compiled(allocates=True)
 def _code_stages(coder, table, near, first):
     """Code table (stages, n) in place."""
     stages, n = table.shape

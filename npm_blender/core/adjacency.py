@@ -44,7 +44,7 @@ def next_of(h):
     return h - 2 if h % 3 == 2 else h + 1
 
 
-@compiled
+@compiled(allocates=True)
 def _groups(flat, n):
     size = len(flat)
     order, sorted_by_high = np.zeros(size, np.int32), np.zeros(size, np.int32)
@@ -92,7 +92,7 @@ def join(parent, i, j):
     parent[max(i, j)] = min(i, j)
 
 
-@compiled
+@compiled(allocates=True)
 def face_parts(m, halfedges, starts):
     """Smallest face joined to each face across edges of any kind, (m,) int32."""
     parent = np.arange(m).astype(np.int32)
@@ -104,7 +104,7 @@ def face_parts(m, halfedges, starts):
     return parent
 
 
-@compiled
+@compiled(allocates=True)
 def corner_parts(flat, halfedges, starts):
     """Smallest corner joined to each corner round its vertex across edges of any kind, (3 m,) int32."""
     parent = np.arange(len(flat)).astype(np.int32)
@@ -127,7 +127,7 @@ def join_corners(parent, flat, h, g):
         join(parent, next_of(h), g)
 
 
-@compiled
+@compiled(allocates=True)
 def vertex_parts(n, a, b):
     """Smallest vertex joined to each of n vertices by the pairs a-b, (n,) int32."""
     parent = np.arange(n).astype(np.int32)

@@ -57,7 +57,7 @@ def _price(X, a, b, c):
     return total
 
 
-@compiled
+@compiled(allocates=True)
 def _mark(X, corner, out, border, loss, marked):
     """Mark what is left of each loop when the cheapest vertices are taken out, one after the other, to `loss` of its length.
 

@@ -15,7 +15,7 @@ STACK = 128  # depth of the traversal; the build switches to median splits below
 DEPTH = 60
 
 
-@compiled
+@compiled(allocates=True)
 def build(corners):
     """boxes (k, 6) float64, links (k, 2) int32, order (m,) int32 of the triangles `corners` (m, 9) float64."""
     m = len(corners)
@@ -62,7 +62,7 @@ def _half_area(box):
     return x * y + y * z + z * x
 
 
-@compiled
+@compiled(allocates=True)
 def _split(low, high, centre, order, first, stop, balanced):
     """Reorder order[first:stop] into two parts and return where the second starts, strictly inside."""
     a, b = np.full(3, np.inf), np.full(3, -np.inf)
@@ -170,7 +170,7 @@ def _to_box(px, py, pz, box):
     return x * x + y * y + z * z
 
 
-@compiled
+@compiled(allocates=True)
 def closest(P, turn, corners, boxes, links):
     """Closest points of P (n, 3), answered in the order `turn` (n,): distance (n,), point (n, 3), row of corners (n,).
 

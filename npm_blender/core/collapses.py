@@ -6,7 +6,7 @@ import numpy as np
 from .borderedges import corners_after, edge_before
 from .edgeheap import DEAD, LOCKED, REJECTED, put, take
 from .flatten import flatten
-from .halfedge import ANCHORED, EDGE, INNER, MAX_RING, collapse, following, gather, is_border, links_meet, preceding
+from .halfedge import ANCHORED, EDGE, INNER, MAX_RING, collapse, following, gather, is_border, is_simple, preceding
 from .history import AT, COLLAPSE, FACE, FIRST, NEXT, PREVIOUS, RING, S1, S2, SIDES
 from .jit import compiled
 from .quadric import best_point
@@ -172,9 +172,9 @@ def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, 
     i, j = m.corner[h], m.corner[following(h)]
     if m.valence[i] + m.valence[j] > MAX_RING or (only_border and o != h):
         return NEVER, 0, i
-    kind, common = INNER, 2
+    kind = INNER
     if o == h:
-        kind, common = EDGE, 1
+        kind = EDGE
     else:
         at_i, at_j = is_border(m, i), is_border(m, j)
         if at_i and at_j:
@@ -183,11 +183,8 @@ def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, 
             kind = ANCHORED
         if at_j:
             h, o, i, j = o, h, j, i
-    counts[5] += 1
-    if links_meet(m, i, j, counts[5]) != common:
-        return NEVER, 0, i
     r, t, s1, s2 = gather(m, h, kind, scratch.ring, scratch.face)
-    if t == 0 or (kind == INNER and r < 3):
+    if t == 0 or (kind == INNER and r < 3) or not is_simple(scratch.ring, r, s1, s2):
         return NEVER, 0, i
     _, x, y, z = best_point(Q, m.X, i, j)
     if not shape_holds(m.X, scratch.ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
@@ -217,8 +214,8 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
 
     Also DONE from `enough` faces on when the cheapest edge has a price above `dear`.
 
-    counts: faces, queue size, collapses, entries, positions, stamp, random state (0: cheapest first), whether the mesh
-    has a border (the last single face is then left to a collapse on the border).
+    counts: faces, queue size, collapses, entries, positions, random state (0: cheapest first), whether the mesh has a
+    border (the last single face is then left to a collapse on the border).
     """
     size = counts[1]
     spare = MAX_RING + 8
@@ -238,12 +235,12 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
             status = DONE
             break
         at = 0
-        if counts[6] != 0:
-            counts[6] = (counts[6] * 6364136223846793005 + 1442695040888963407) | 1
-            at = ((counts[6] >> 33) & 0x3FFFFFFF) % max(min(_CHOICES, size // 8), 1)
+        if counts[5] != 0:
+            counts[5] = (counts[5] * 6364136223846793005 + 1442695040888963407) | 1
+            at = ((counts[5] >> 33) & 0x3FFFFFFF) % max(min(_CHOICES, size // 8), 1)
         e = queue.heap[at]
         size = take(queue.heap, queue.place, queue.price, e, REJECTED, size)
-        only_border = counts[7] != 0 and counts[0] == target + 1
+        only_border = counts[6] != 0 and counts[0] == target + 1
         s = queue.stage[e]
         removed, r, i = _try(m, Q, e, corners, hist, scratch, counts, only_border, tests.cosine[s], tests.quality[s],
                              tests.stretch[s])

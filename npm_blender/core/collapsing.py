@@ -22,7 +22,7 @@ def half_edges(mesh: TriMesh) -> Half:
     if pinched:
         raise MeshError(f"Expected a manifold mesh, found {pinched} vertices where separate fans of faces meet; "
                         "clean the mesh first (--clean auto)")
-    return Half(mesh.V.copy(), corner, opposite, edge, out, valence, start, np.zeros(len(mesh.V), np.int64))
+    return Half(mesh.V.copy(), corner, opposite, edge, out, valence, start)
 
 
 @dataclass
@@ -30,7 +30,7 @@ class Collapsing:
     """A decimation under way.
 
     half: the mesh as it is now; quadrics (n, 10) of its vertices; queue: its edges; corners: of its border; tests: what a
-    collapse has to pass; counts (8,) int64: see `collapses.run`; history: the collapses so far.
+    collapse has to pass; counts (7,) int64: see `collapses.run`; history: the collapses so far.
     """
 
     half: Half
@@ -54,7 +54,7 @@ class Collapsing:
         queue = Queue(np.arange(edges, dtype=np.int32), np.full(edges, REJECTED, np.int32), np.empty(edges), error,
                       np.zeros(edges, np.int8), np.zeros(len(mesh.V), bool))
         border = (half.opposite == np.arange(len(half.opposite))).any()
-        counts = np.array([len(mesh.F), 0, 0, 0, 0, 0, variant, border], np.int64)
+        counts = np.array([len(mesh.F), 0, 0, 0, 0, variant, border], np.int64)
         return Collapsing(half, quadrics, queue, Corners.of(half, base_faces), tests, counts, History.empty(len(mesh.F)))
 
     @property

@@ -70,7 +70,7 @@ def _cross(s, t):
     return False
 
 
-@compiled
+@compiled(allocates=True)
 def _crossing(corners, F, asked, nodes, links, work):
     """Faces (in leaf order) among `asked` that cross another, how many were tested, and the work that is left."""
     found, tested = 0, 0

@@ -116,9 +116,9 @@ def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) 
             break
         if reason == EMPTY:
             if work.counts[2] == before and not (work.faces > enough and work.corners.yield_to()):
-                if not work.counts[7] or work.faces != base_faces + 1:
+                if not work.counts[6] or work.faces != base_faces + 1:
                     break
-                work.counts[7] = 0
+                work.counts[6] = 0
             before = work.counts[2]
             work.offer_all()
     return _result(mesh, work.half, work.history.used(work.counts), opposite, work.faces if enough else base_faces)

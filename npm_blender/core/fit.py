@@ -28,7 +28,7 @@ DIAGONAL = [0, 3, 5]  # of a symmetric 3 x 3 block
 TOLERANCE = 1e-4  # least norm of the preconditioned residual, relative to the first
 
 
-@compiled
+@compiled(allocates=True)
 def _mapped_faces(F, edge_of, V, middle):
     """Unit normals (m, 3) and areas (m,), adding up to 1, of what the map makes of the faces: four triangles each, through
     the corners and the points at the middle of the edges."""
@@ -47,7 +47,7 @@ def _mapped_faces(F, edge_of, V, middle):
     return normal, area / max(total, 1e-300)
 
 
-@compiled
+@compiled(allocates=True)
 def _turned(F, X, normal):
     """Whether each face of X is turned against its normal of the map, (m,) bool."""
     out = np.zeros(len(F), np.bool_)
@@ -57,7 +57,7 @@ def _turned(F, X, normal):
     return out
 
 
-@compiled
+@compiled(allocates=True)
 def _assemble(F, edges, edge_of, V, direction, middle, middle_direction, area, normal, fixed, normal_weight):
     """The normal equations without springs: blocks (n, 6) of vertices, (e, 6) between the ends of edges, minus the gradient
     at V, and the area (n,) of the vertices.
@@ -151,7 +151,7 @@ def _product(own, cross, edges, fixed, p, q):
             q[v] = 0.0
 
 
-@compiled
+@compiled(allocates=True)
 def _descend(own, cross, edges, right, fixed, x, iterations, tolerance):
     """Bring the displacements x (n, 3) to a solution of the normal equations, by conjugate gradients with the blocks of the
     vertices. tolerance: relative to the residual without displacements."""
@@ -209,7 +209,7 @@ def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, 
     return X
 
 
-@compiled
+@compiled(allocates=True)
 def _go_back(F, S, X, N):
     """Points between S and X so that no face of F is turned against the normals N that is upright at S."""
     V, share = X.copy(), np.ones(len(X))

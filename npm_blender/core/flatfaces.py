@@ -67,7 +67,7 @@ def _count(V, flat, dropped):
     return flats
 
 
-@compiled
+@compiled(allocates=True)
 def _flip(V, flat, opposite):
     m = len(flat) // 3
     dropped = np.zeros(m, np.bool_)

@@ -21,7 +21,7 @@ MAX_RING = 96
 
 class Half(NamedTuple):
     """Half-edge mesh: X (n, 3) positions, corner/opposite/edge (3 m,), out and valence (n,), start (e,): one half-edge
-    of each edge; mark (n,) stamps for neighbour tests."""
+    of each edge."""
 
     X: np.ndarray
     corner: np.ndarray
@@ -30,7 +30,6 @@ class Half(NamedTuple):
     out: np.ndarray
     valence: np.ndarray
     start: np.ndarray
-    mark: np.ndarray
 
 
 @compiled(inline="always")
@@ -45,7 +44,7 @@ def preceding(h):
     return h + 2 if h % 3 == 0 else h - 1
 
 
-@compiled
+@compiled(allocates=True)
 def connect(corner, opposite, n):
     """edge, start, out and valence of the mesh, and the number of vertices whose faces do not form one fan."""
     h_count = len(corner)
@@ -84,32 +83,6 @@ def connect(corner, opposite, n):
 def is_border(m, v):
     """Whether vertex v is on the border."""
     return m.opposite[m.out[v]] == m.out[v]
-
-
-@compiled(inline="always")
-def links_meet(m, i, j, stamp):
-    """Number of vertices that are neighbours of both i and j (the link condition counts them)."""
-    for phase in range(2):
-        common = 0
-        h = first = m.out[i if phase == 0 else j]
-        while True:
-            v = m.corner[following(h)]
-            if phase == 0:
-                m.mark[v] = stamp
-            elif m.mark[v] == stamp:
-                common += 1
-            p = preceding(h)
-            h = m.opposite[p]
-            if h == p:
-                v = m.corner[p]
-                if phase == 0:
-                    m.mark[v] = stamp
-                elif m.mark[v] == stamp:
-                    common += 1
-                break
-            if h == first:
-                break
-    return common
 
 
 @compiled
@@ -160,6 +133,17 @@ def gather(m, h, kind, ring, face):
     if kind != EDGE:
         face[t + 1] = o // 3 * 4 + o % 3
     return r, t, s1, s2
+
+
+@compiled(inline="always")
+def is_simple(ring, r, s1, s2):
+    """Whether no vertex comes twice in the ring: i and j have no neighbour in common but those of both faces on the edge
+    (the link condition)."""
+    for q in range(s1, min(s2 + 1, r)):
+        for p in range(r):
+            if ring[p] == ring[q] and p != q:
+                return False
+    return True
 
 
 @compiled

@@ -28,19 +28,21 @@ def _cached(function: Callable, **options) -> Callable:
 
 def njit(function: Callable) -> Callable:
     """`function` compiled by numba, or `function` itself where numba is missing."""
-    return function if numba is None else _cached(function)
+    return function if numba is None else _cached(function, _nrt=True)
 
 
-def compiled(function: Callable | None = None, *, inline: str = "never") -> Callable:
+def compiled(function: Callable | None = None, *, inline: str = "never", allocates: bool = False) -> Callable:
     """`function` compiled by numba, without the interpreter's lock. Raises ModuleNotFoundError where numba is missing.
 
-    inline: "always" makes it a part of its callers.
+    inline: "always" makes it a part of its callers. allocates: whether the function makes an array or returns one; all
+    others are compiled without counting references to arrays (`_nrt`), which took half of the time of a decimation: numba
+    counts with locked instructions, several for each call that gets a named tuple of arrays.
     """
     if numba is None:
         raise ModuleNotFoundError("No module named 'numba'", name="numba")
     if function is None:
-        return lambda found: _cached(found, nogil=True, inline=inline)
-    return _cached(function, nogil=True)
+        return lambda found: compiled(found, inline=inline, allocates=allocates)
+    return _cached(function, nogil=True, inline=inline, _nrt=allocates)
 
 
 def is_cold(function: Callable) -> bool:

@@ -21,7 +21,7 @@ def _normalize(N):
             N[i, c] /= size
 
 
-@compiled
+@compiled(allocates=True)
 def _of_vertices(V, F):
     N = np.zeros((len(V), 3))
     for f in range(len(F)):
@@ -35,7 +35,7 @@ def _of_vertices(V, F):
     return N
 
 
-@compiled
+@compiled(allocates=True)
 def _of_faces(V, F, faces):
     N = np.empty((len(faces), 3))
     for k in range(len(faces)):

@@ -6,7 +6,7 @@ from .adjacency import EdgeGroups
 from .jit import compiled
 
 
-@compiled
+@compiled(allocates=True)
 def _volumes(V, F, x, y, z):
     """Six times the signed volume that each face spans with the point (x, y, z), (m,) float64."""
     out = np.zeros(len(F))
@@ -77,7 +77,7 @@ def _holds(outer, inner):
             and outer[3] >= inner[3] and outer[4] >= inner[4] and outer[5] >= inner[5])
 
 
-@compiled
+@compiled(allocates=True)
 def _stab(boxes, of, nodes, links):
     out, stack = np.zeros(len(boxes), np.bool_), np.zeros(bvh.STACK, np.int32)
     for i in range(len(boxes)):
@@ -96,7 +96,7 @@ def _stab(boxes, of, nodes, links):
     return out
 
 
-@compiled
+@compiled(allocates=True)
 def _straighten(flat, halfedges, starts, turned, conflict):
     """Turn faces most of whose edges are in conflict until there are none; changes turned (m,) and conflict (e,).
 
@@ -130,7 +130,7 @@ def _straighten(flat, halfedges, starts, turned, conflict):
                 todo.append(halfedges[starts[g] + 1] // 3)
 
 
-@compiled
+@compiled(allocates=True)
 def _parities(flat, halfedges, starts, m):
     """Part of each face, whether it is turned against its part's first face, and edges where that is contradictory."""
     parent, parity = np.arange(m).astype(np.int32), np.zeros(m, np.uint8)  # parity: against the parent

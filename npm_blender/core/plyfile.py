@@ -125,7 +125,7 @@ def _values(units, at, kind, order):
     return units[at[:, None] + np.arange(size)].reshape(-1).view(order + kind)
 
 
-@compiled
+@compiled(allocates=True)
 def _rows(units, at, rows, sizes, counters, wanted, big):
     """Walk over `rows` rows: starts and lengths (rows, len(wanted)) of the wanted properties, and the end or -1."""
     starts, lengths = np.zeros((rows, len(wanted)), np.int64), np.zeros((rows, len(wanted)), np.int64)

@@ -21,7 +21,7 @@ def triangulate(V: np.ndarray, corners: np.ndarray, counts: np.ndarray) -> np.nd
     return _triangulate(np.ascontiguousarray(V, np.float64), corners, counts)
 
 
-@compiled
+@compiled(allocates=True)
 def _triangulate(V, corners, counts):
     out = np.zeros((np.maximum(counts - 2, 0).sum(), 3), np.int64)
     start, made = 0, 0
@@ -107,7 +107,7 @@ def _is_ear(p, i, j, k, before, following, reflex, listed, count):
     return True, count, 1 + at
 
 
-@compiled
+@compiled(allocates=True)
 def _clip_ears(V, polygon, out, work):
     k = len(polygon)
     n = _normal(V, polygon)

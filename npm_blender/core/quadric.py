@@ -32,7 +32,7 @@ def _add_plane(q, a, b, c, d, w):
     q[9] += w * d * d
 
 
-@compiled
+@compiled(allocates=True)
 def vertex_quadrics(X, corner, opposite):
     """Quadrics (n, 10) of vertices X (n, 3) of the mesh with corner vertices `corner` (3 m,) and its opposites."""
     Q = np.zeros((len(X), 10))
@@ -106,7 +106,7 @@ def best_point(Q, X, i, j):
     return cost, x, y, z
 
 
-@compiled
+@compiled(allocates=True)
 def edge_costs(Q, X, corner, start):
     """Cost (e,) of every edge, given one half-edge of each in `start`."""
     cost = np.empty(len(start))

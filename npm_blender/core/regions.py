@@ -38,7 +38,7 @@ def worth_dividing(faces: int, base_faces: int) -> bool:
     return most <= LARGEST and faces >= 2 * most
 
 
-@compiled
+@compiled(allocates=True)
 def _assign(m, label, place, region, edges, faces):
     """Lock the edges that no region may collapse; region (e,) gets the box of the others, -1 for dead and locked ones.
 
@@ -93,8 +93,8 @@ def decimate_regions(work: Collapsing, base_faces: int, dear: float, progress: P
     first_tests = Tests(*(column[:1] for column in work.tests))
 
     def task(k: int) -> Collapsing:
-        seed = int(counts[6]) + 2 * k if counts[6] else 0
-        own = np.array([faces[k], 0, 0, 0, 0, counts[5], seed, 0], np.int64)
+        seed = int(counts[5]) + 2 * k if counts[5] else 0
+        own = np.array([faces[k], 0, 0, 0, 0, seed, 0], np.int64)
         heap = np.empty(edges[k], np.int32)
         region = replace(work, queue=queue._replace(heap=heap), tests=first_tests, counts=own, history=unused)
         region.offer(order[ends[k] - edges[k]:ends[k]])
@@ -103,7 +103,6 @@ def decimate_regions(work: Collapsing, base_faces: int, dear: float, progress: P
         return region
 
     regions = each(task, range(count), progress, message)
-    counts[5] = max(region.counts[5] for region in regions)
     counts[0] -= sum(int(faces[k]) - region.faces for k, region in enumerate(regions))
     parts = [region.history.used(region.counts) for region in regions]
     work.history = work.history.followed_by(counts, parts, work.faces // 2)

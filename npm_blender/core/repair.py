@@ -11,7 +11,7 @@ from .jit import compiled
 FLAT = 1e-10  # twice the area over the squared longest edge, below which a face counts as having no area
 
 
-@compiled
+@compiled(allocates=True)
 def flatness(V, F):
     """Twice the area over the squared longest edge of each face, (m,) float64; 0 for faces without extent."""
     out = np.zeros(len(F))
@@ -81,7 +81,7 @@ def disagree(flat: np.ndarray, groups: EdgeGroups) -> np.ndarray:
     return out
 
 
-@compiled
+@compiled(allocates=True)
 def _pairs(V, flat, halfedges, starts, apart):
     """The half-edge that each one stays joined to, or itself, (3 m,) int32."""
     pair = np.arange(len(flat)).astype(np.int32)
@@ -118,7 +118,7 @@ def _pairs(V, flat, halfedges, starts, apart):
     return pair
 
 
-@compiled
+@compiled(allocates=True)
 def _split(flat, halfedges, starts, pair, n):
     """One vertex for each fan: faces (3 m,), and the vertices that were copied, as n, n + 1, ..."""
     parent = np.arange(len(flat)).astype(np.int32)
@@ -145,7 +145,7 @@ def _split(flat, halfedges, starts, pair, n):
     return new, copies
 
 
-@compiled
+@compiled(allocates=True)
 def _bad_halfedges(flat, halfedges, starts):
     """(3 m,) bool: half-edges of edges with more than two faces, or two that run the same way."""
     bad = np.zeros(len(flat), np.bool_)

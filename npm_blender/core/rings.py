@@ -29,7 +29,7 @@ class Rings(NamedTuple):
     n: np.ndarray
 
 
-@compiled
+@compiled(allocates=True)
 def _collect(F, opposite, first, fixed, at, around, faces):
     """The rings of one level, whose faces are numbered from `first` on; at (n + 1,) starts with the first free place."""
     n = len(at) - 1

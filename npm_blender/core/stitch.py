@@ -81,7 +81,7 @@ def _split_once(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float,
     return np.concatenate([F[keep], fans]).astype(np.int32), len(fans) - len(chosen)
 
 
-@compiled
+@compiled(allocates=True)
 def _on_edges(V, points, reach, a, b, tolerance, nodes, links, budget):
     """Edges a-b (in leaf order), points and places along the edge, for every point in the interior of an edge.
 

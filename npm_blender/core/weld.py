@@ -18,7 +18,7 @@ def weld(V: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return _weld(bits, np.full(slots, -1, np.int64))
 
 
-@compiled
+@compiled(allocates=True)
 def _weld(bits, table):
     n, mask = len(bits), np.uint64(len(table) - 1)
     first, place = np.zeros(n, np.int64), np.zeros(n, np.int32)
@@ -53,7 +53,7 @@ def near_places(V: np.ndarray, reach: np.ndarray) -> np.ndarray:
     return _near(np.ascontiguousarray(V), reach, along, order, WORK * len(V))
 
 
-@compiled
+@compiled(allocates=True)
 def _near(V, reach, along, order, work):
     parent = np.arange(len(V)).astype(np.int32)
     for i in range(len(order)):

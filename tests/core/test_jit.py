@@ -5,6 +5,11 @@ import sys
 import pytest
 
 from npm_blender.core import jit
+from npm_blender.core.clean import clean
+from npm_blender.core.lod import build_lod
+from npm_blender.core.settings import LodSettings
+
+from .lod_meshes import sheet
 
 MODULE = '''
 from typing import NamedTuple
@@ -39,3 +44,23 @@ def test_one_folder_under_two_import_names_keeps_two_caches(tmp_path):
         done = subprocess.run([sys.executable, "-c", f"import sys; sys.path.insert(0, {str(path)!r}); import {name}"],
                               capture_output=True, text=True)
         assert done.stdout == f"7 {cold} False\n", done.stderr
+
+
+def test_what_does_not_count_references_returns_no_array():
+    from numba.core import types
+
+    def parts(kind):
+        return [kind, *(p for inner in kind for p in parts(inner))] if isinstance(kind, types.BaseTuple) else [kind]
+
+    build_lod(clean(sheet(21, 21, noise=0.05), "auto")[0], LodSettings(base_faces=40, levels=2))
+    checked = 0
+    for name, module in sorted(sys.modules.items()):
+        if not name.startswith("npm_blender.core."):
+            continue
+        for value in list(vars(module).values()):
+            if not hasattr(value, "overloads") or value.targetoptions["_nrt"]:
+                continue
+            for overload in value.overloads.values():
+                checked += 1
+                assert not any(isinstance(p, types.Array) for p in parts(overload.signature.return_type)), value
+    assert checked > 40
