@@ -7,7 +7,7 @@ from .borderedges import corners_after, edge_before
 from .edgeheap import DEAD, LOCKED, REJECTED, put, take
 from .flatten import flatten
 from .halfedge import ANCHORED, EDGE, INNER, MAX_RING, collapse, following, gather, is_border, is_simple, preceding
-from .history import AT, COLLAPSE, FACE, FIRST, NEXT, PREVIOUS, RING, S1, S2, SIDES
+from .history import AT, COLLAPSE, FACE, FIRST, NEXT, RING, S1, S2, SIDES
 from .jit import compiled
 from .quadric import best_point
 
@@ -102,7 +102,7 @@ def _record(hist, counts, scratch, r, t, s1, s2, gone):
         f = scratch.face[q] >> 2
         before = hist.head[f]
         entry = hist.entries[e + q]
-        entry[FACE], entry[COLLAPSE], entry[PREVIOUS], entry[NEXT] = scratch.face[q], c, before, -1
+        entry[FACE], entry[COLLAPSE], entry[NEXT] = scratch.face[q], c, -1
         if before >= 0:
             hist.entries[before, NEXT] = e + q
         else:

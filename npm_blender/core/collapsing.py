@@ -7,7 +7,7 @@ from .borderedges import Corners
 from .collapses import LEAST, Queue, Scratch, Tests, run
 from .edgeheap import DEAD, REJECTED, heapify
 from .errors import MeshError
-from .halfedge import Half, connect
+from .halfedge import Half, connect, opposites
 from .history import History
 from .mesh import TriMesh
 from .quadric import edge_costs, vertex_quadrics
@@ -16,8 +16,10 @@ from .topology import opposite_halfedges
 
 def half_edges(mesh: TriMesh) -> Half:
     """The half-edge form of a mesh. Raises MeshError if it is not an oriented edge- and vertex-manifold."""
-    opposite = opposite_halfedges(mesh.F)
     corner = mesh.F.reshape(-1).copy()
+    opposite, oriented = opposites(corner, len(mesh.V))
+    if not oriented:
+        opposite = opposite_halfedges(mesh.F)  # raises, and says how many edges are wrong
     edge, start, out, valence, pinched = connect(corner, opposite, len(mesh.V))
     if pinched:
         raise MeshError(f"Expected a manifold mesh, found {pinched} vertices where separate fans of faces meet; "

@@ -45,6 +45,35 @@ def preceding(h):
 
 
 @compiled(allocates=True)
+def opposites(corner, n):
+    """Opposite half-edges (3 m,) int32, itself on the border, and whether no two half-edges have the same two ends in the
+    same order; if two have, the first do not count."""
+    h_count = len(corner)
+    opposite = np.empty(h_count, np.int32)
+    at = np.zeros(n + 1, np.int32)
+    for h in range(h_count):
+        at[corner[h] + 1] += 1
+    for v in range(n):
+        at[v + 1] += at[v]
+    leaving, free = np.empty(h_count, np.int32), at[:n].copy()  # half-edges by their start
+    for h in range(h_count):
+        leaving[free[corner[h]]] = h
+        free[corner[h]] += 1
+    owner, to = np.full(n, -1, np.int32), np.empty(n, np.int32)  # by their end
+    for v in range(n):
+        for k in range(at[v], at[v + 1]):
+            w = corner[following(leaving[k])]
+            if owner[w] == v:
+                return opposite, False
+            owner[w], to[w] = v, leaving[k]
+        for k in range(at[v], at[v + 1]):
+            p = preceding(leaving[k])
+            w = corner[p]
+            opposite[p] = to[w] if owner[w] == v else p
+    return opposite, True
+
+
+@compiled(allocates=True)
 def connect(corner, opposite, n):
     """edge, start, out and valence of the mesh, and the number of vertices whose faces do not form one fan."""
     h_count = len(corner)

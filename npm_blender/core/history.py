@@ -1,8 +1,8 @@
 """The record of collapses in flat arrays: which faces each one touched, and their planar positions before and after.
 
 Collapse c has the entries FIRST of c to FIRST of c + 1, one per face before it: its SIDES ring faces (present before and
-after), then the one or two faces that vanish. An entry: FACE, 4 * face + corner of the owner; COLLAPSE; PREVIOUS and
-NEXT, the entry of the same face in an earlier and a later collapse, or -1. The planar positions of collapse c are uv[AT
+after), then the one or two faces that vanish. An entry: FACE, 4 * face + corner of the owner; COLLAPSE; NEXT, the
+entry of the same face in a later collapse, or -1. The planar positions of collapse c are uv[AT
 of c :]: RING ring vertices, then i, j, k (see halfedge for S1, S2). head and tail: last and first entry of each input
 face, or -1. What a step of the map looks up together lies together.
 """
@@ -16,11 +16,11 @@ from .parallel import each
 EACH = (1, 10, 11)  # collapses, entries and positions that a collapse takes in the mean, about
 SPARE = 200  # of each that are always left: a collapse takes less (see halfedge.MAX_RING)
 FIRST, AT, RING, SIDES, S1, S2 = range(6)  # columns of `collapses`
-FACE, COLLAPSE, PREVIOUS, NEXT = range(4)  # columns of `entries`
+FACE, COLLAPSE, NEXT = range(3)  # columns of `entries`
 
 
 class History(NamedTuple):
-    """See the module. collapses (c + 1, 6) int32, of whose last row only FIRST counts (the rest is 0); entries (e, 4) int32;
+    """See the module. collapses (c + 1, 6) int32, of whose last row only FIRST counts (the rest is 0); entries (e, 3) int32;
     uv (p,) complex128; head, tail (m,) int32."""
 
     collapses: np.ndarray
@@ -33,7 +33,7 @@ class History(NamedTuple):
     def empty(faces: int) -> "History":
         """No collapses yet, for a mesh with that many faces."""
         none = np.full(faces, -1, np.int32)
-        return History(np.zeros((1, 6), np.int32), np.zeros((0, 4), np.int32), np.zeros(0, np.complex128), none, none.copy())
+        return History(np.zeros((1, 6), np.int32), np.zeros((0, 3), np.int32), np.zeros(0, np.complex128), none, none.copy())
 
     def with_room(self, counts: np.ndarray, collapses: int) -> "History":
         """Itself, or a copy with at least half as much room again, so that about `collapses` more collapses fit.
@@ -64,7 +64,7 @@ class History(NamedTuple):
         """Its collapses and then those of parts, with room for about `collapses` more; counts follow.
 
         No part touches a face of another; they have no unused room, number their entries and collapses from 0, and their
-        head and tail do not count. Its own head and tail are changed.
+        head does not count. Its own head and tail are changed.
         """
         sizes = np.array([[len(h.collapses) - 1, len(h.entries), len(h.uv)] for h in parts], np.int64)
         ends = counts[2:5] + sizes.cumsum(0)
@@ -84,10 +84,8 @@ def _append(hist, part, c, e, p):
         hist.collapses[c + k, FIRST] += e
         hist.collapses[c + k, AT] += p
     for k in range(len(part.entries)):
-        f, before, after = part.entries[k, FACE] >> 2, part.entries[k, PREVIOUS], part.entries[k, NEXT]
-        if before >= 0:
-            before += e
-        else:
+        f, after = part.entries[k, FACE] >> 2, part.entries[k, NEXT]
+        if part.tail[f] == k:
             before = hist.head[f]
             if before >= 0:
                 hist.entries[before, NEXT] = e + k
@@ -98,6 +96,6 @@ def _append(hist, part, c, e, p):
         else:
             hist.head[f] = e + k
         hist.entries[e + k, FACE], hist.entries[e + k, COLLAPSE] = part.entries[k, FACE], part.entries[k, COLLAPSE] + c
-        hist.entries[e + k, PREVIOUS], hist.entries[e + k, NEXT] = before, after
+        hist.entries[e + k, NEXT] = after
     for k in range(len(part.uv)):
         hist.uv[p + k] = part.uv[k]

@@ -8,6 +8,7 @@ from .decimate import Decimation, decimate
 from .fit import fit, upright
 from .mesh import TriMesh
 from .normals import normals_of, vertex_normals
+from .ordering import order_of
 from .parallel import each
 from .progress import Progress, no_progress, part
 from .relax import relax
@@ -17,7 +18,7 @@ from .subdivide import Level, hierarchy
 from .walk import Surface, points_on
 
 MESSAGE = "Mapping the levels"
-SLICE = 4000  # points mapped between two calls of `progress`
+SLICE = 13_000  # points mapped between two calls of `progress`
 
 
 @dataclass(frozen=True)
@@ -66,16 +67,12 @@ def level_corners(levels: int) -> np.ndarray:
     return out
 
 
-def halfedge_points(level: Level) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices and edge midpoints of a level as points of its half-edges: half-edge (n + e,) int64, and how far along.
-
-    The share is 0 for a vertex, at the start of its half-edge, and 1/2 for a midpoint.
-    """
+def halfedges_with(level: Level) -> np.ndarray:
+    """A half-edge that starts at each vertex of a level, then one that runs along each edge, (n + e,) int64."""
     ids = level.F.reshape(-1)
     owner = np.zeros(level.n, np.int64)
     owner[ids[::-1]] = np.arange(len(ids))[::-1]
-    halfedge = np.concatenate([owner, level.edge_halfedge[:, 0]])
-    return halfedge, np.repeat([0.0, 0.5], (level.n, len(level.edges)))
+    return np.concatenate([owner, level.edge_halfedge[:, 0]])
 
 
 def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_face: np.ndarray, turn: np.ndarray,
@@ -85,14 +82,16 @@ def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_fa
     corners: `level_corners`; old_face, turn (m0,): the base face of the decimation that each face of level 0 is, and
     the corner of it that comes first here. Neighbours are mapped one after the other, through the same collapses.
     """
-    halfedge, share = halfedge_points(level)
-    flat, count = corners.reshape(-1, 3), corners.size // 3
-    after = halfedge - halfedge % 3 + (halfedge + 1) % 3
-    b = (1 - share[:, None]) * flat[halfedge % count] + share[:, None] * flat[after % count]
-    base = halfedge // count
-    # corner k of the new face is corner turn + k of the old one
-    b = np.take_along_axis(b, (np.arange(3)[None] - turn[base][:, None]) % 3, 1)
-    order = np.argsort(halfedge, kind="stable")
+    halfedge, n = halfedges_with(level), level.n
+    flat = corners.reshape(-1, 3)
+    turned = np.concatenate([np.roll(flat, k, 1) for k in range(3)])  # corner k of a face is corner turn + k of the old one
+    base = halfedge // len(flat)
+    way = turn[base] * len(flat)
+    b = turned.take(way + halfedge % len(flat), 0)
+    along = halfedge[n:]
+    after = along - along % 3 + (along + 1) % 3
+    b[n:] = (b[n:] + turned.take(way[n:] + after % len(flat), 0)) / 2
+    order = order_of(halfedge)
     face, at = np.empty(len(order), np.int32), np.empty((len(order), 3))
 
     def task(start: int) -> None:

@@ -5,9 +5,11 @@ A quadric is ten numbers (xx, xy, xz, yy, yz, zz, bx, by, bz, c) with E(x) = x'A
 import numpy as np
 
 from .jit import compiled
+from .parallel import each
 
 BORDER_WEIGHT = 1.0  # of a border edge's perpendicular plane, times its squared length (a face counts with its area)
 PULL = 1e-6  # regularisation of the optimal position, relative to the trace of A: flat directions go to the midpoint
+SLICE = 32_000  # edges that one thread takes at a time
 REACH = 2.0  # the optimal position may lie this many edge lengths away from the midpoint
 
 
@@ -32,10 +34,16 @@ def _add_plane(q, a, b, c, d, w):
     q[9] += w * d * d
 
 
-@compiled(allocates=True)
-def vertex_quadrics(X, corner, opposite):
+def vertex_quadrics(X: np.ndarray, corner: np.ndarray, opposite: np.ndarray) -> np.ndarray:
     """Quadrics (n, 10) of vertices X (n, 3) of the mesh with corner vertices `corner` (3 m,) and its opposites."""
     Q = np.zeros((len(X), 10))
+    _add_planes(X, corner, opposite, Q)
+    return Q
+
+
+@compiled
+def _add_planes(X, corner, opposite, Q):
+    """Add the planes of all faces and border edges to the quadrics Q (n, 10) of their vertices."""
     for f in range(len(corner) // 3):
         i, j, k = corner[3 * f], corner[3 * f + 1], corner[3 * f + 2]
         ux, uy, uz = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
@@ -61,7 +69,6 @@ def vertex_quadrics(X, corner, opposite):
             d2 = -(px * X[a, 0] + py * X[a, 1] + pz * X[a, 2])
             _add_plane(Q[a], px, py, pz, d2, BORDER_WEIGHT * e2)
             _add_plane(Q[b], px, py, pz, d2, BORDER_WEIGHT * e2)
-    return Q
 
 
 @compiled
@@ -106,11 +113,15 @@ def best_point(Q, X, i, j):
     return cost, x, y, z
 
 
-@compiled(allocates=True)
-def edge_costs(Q, X, corner, start):
-    """Cost (e,) of every edge, given one half-edge of each in `start`."""
-    cost = np.empty(len(start))
-    for e in range(len(start)):
+@compiled
+def _costs(Q, X, corner, start, first, last, cost):
+    for e in range(first, last):
         h = start[e]
         cost[e], _, _, _ = best_point(Q, X, corner[h], corner[h - 2 if h % 3 == 2 else h + 1])
+
+
+def edge_costs(Q: np.ndarray, X: np.ndarray, corner: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Cost (e,) of every edge, given one half-edge of each in `start`."""
+    cost = np.empty(len(start))
+    each(lambda e: _costs(Q, X, corner, start, e, min(e + SLICE, len(start)), cost), range(0, len(start), SLICE))
     return cost

@@ -7,17 +7,26 @@ and the face of the other side that holds it. Points of the border stay on it ex
 import numpy as np
 
 from .decimate import Decimation
-from .history import AT, COLLAPSE, FACE, FIRST, NEXT, PREVIOUS, RING, S1, S2, SIDES
+from .halfedge import MAX_RING
+from .history import AT, COLLAPSE, FACE, FIRST, NEXT, RING, S1, S2, SIDES
 from .jit import compiled
 
 _SNAP = 1e-10  # barycentric coordinates below this are zero
 
 
 @compiled(inline="always")
-def _triangle(hist, c, q, before):
-    """Indices into uv of the corners (owner, next, next) of entry number q of collapse c, before or after it."""
-    of = hist.collapses
-    at, r, t, s1, s2 = of[c, AT], of[c, RING], of[c, SIDES], of[c, S1], of[c, S2]
+def _patch(hist, c):
+    """Collapse c in a few numbers: (AT, RING, SIDES, S1, S2), number of its faces before it."""
+    at, r, t = hist.collapses[c, AT], hist.collapses[c, RING], hist.collapses[c, SIDES]
+    s1, s2 = hist.collapses[c, S1], hist.collapses[c, S2]
+    return (np.int64(at), np.int64(r), np.int64(t), np.int64(s1), np.int64(s2),
+            np.int64(hist.collapses[c + 1, FIRST] - hist.collapses[c, FIRST]))
+
+
+@compiled(inline="always")
+def _triangle(patch, q, before):
+    """Indices into uv of the corners (owner, next, next) of entry number q of a patch, before or after the collapse."""
+    at, r, t, s1, s2, _ = patch
     i = at + r
     if q < t:
         owner = i + 2
@@ -30,13 +39,12 @@ def _triangle(hist, c, q, before):
 
 
 @compiled
-def _on_border(hist, c, q, before, corner):
-    """Whether the side opposite to a corner (0: owner) of entry number q of collapse c is on the mesh's border."""
-    of = hist.collapses
-    r, t, s1, s2 = of[c, RING], of[c, SIDES], of[c, S1], of[c, S2]
+def _on_border(patch, q, before, corner):
+    """Whether the side opposite to a corner (0: owner) of entry number q of a patch is on the mesh's border."""
+    _, r, t, s1, s2, faces = patch
     if r == t:
         return False
-    anchored = of[c + 1, FIRST] - of[c, FIRST] == t + 2
+    anchored = faces == t + 2
     if q < t:
         if corner == 2 and q == 0:
             return not before or (s1 > 0 if anchored else s2 > 0)
@@ -48,15 +56,20 @@ def _on_border(hist, c, q, before, corner):
     return corner == 0 and s1 == 0
 
 
+@compiled(inline="always")
+def _count(patch, before):
+    """Number of faces of a patch, before or after the collapse."""
+    return patch[5] if before else patch[2]
+
+
 @compiled
-def _along_border(hist, c, p, count, to_before, b):
-    """Put p on the nearest border side of the other side of collapse c; returns its entry, b (3,) gets barycentrics."""
-    first = hist.collapses[c, FIRST]
+def _along_border(hist, first, patch, p, to_before, b):
+    """Put p on the nearest border side of the other side of a patch; returns its entry, b (3,) gets barycentrics."""
     nearest, at, corner, share = np.inf, 0, 0, 0.0
-    for q in range(count):
-        a0, a1, a2 = _triangle(hist, c, q, to_before)
+    for q in range(_count(patch, to_before)):
+        a0, a1, a2 = _triangle(patch, q, to_before)
         for s in range(3):
-            if not _on_border(hist, c, q, to_before, s):
+            if not _on_border(patch, q, to_before, s):
                 continue
             u, v = hist.uv[a1 if s == 0 else (a2 if s == 1 else a0)], hist.uv[a2 if s == 0 else (a0 if s == 1 else a1)]
             d, e = v - u, p - u
@@ -77,34 +90,35 @@ def _cross(a, b):
 
 
 @compiled(inline="always")
-def _areas(hist, c, q, before, p):
-    """Twice the areas of the triangles of p with the sides opposite to the corners of entry number q of collapse c."""
-    a0, a1, a2 = _triangle(hist, c, q, before)
+def _areas(hist, patch, q, before, p):
+    """Twice the areas of the triangles of p with the sides opposite to the corners of entry number q of a patch."""
+    a0, a1, a2 = _triangle(patch, q, before)
     u, v, w = hist.uv[a0] - p, hist.uv[a1] - p, hist.uv[a2] - p
     return _cross(v, w), _cross(w, u), _cross(u, v)
 
 
 @compiled(inline="always")
-def _holding(hist, c, p, count, before, first):
-    """The entry number of collapse c whose triangle, before or after it, holds p, and its `_areas`; -1 where rounding
+def _holding(hist, patch, p, before, first):
+    """The entry number of a patch whose triangle, before or after the collapse, holds p, and its `_areas`; -1 where rounding
     leaves none. first: the number that is tried first, that of the face which the point comes from."""
+    count = _count(patch, before)
     if first < count:
-        x, y, z = _areas(hist, c, first, before, p)
+        x, y, z = _areas(hist, patch, first, before, p)
         if x >= 0.0 and y >= 0.0 and z >= 0.0:
             return first, x, y, z
     for q in range(count - 1, -1, -1):  # the faces that vanish are the likeliest
-        x, y, z = _areas(hist, c, q, before, p)
+        x, y, z = _areas(hist, patch, q, before, p)
         if x >= 0.0 and y >= 0.0 and z >= 0.0:
             return q, x, y, z
     return -1, 0.0, 0.0, 0.0
 
 
 @compiled
-def _nearest(hist, c, p, count, before):
+def _nearest(hist, patch, p, before):
     """As `_holding`, for the triangle that p misses by the least share of its area; what is missed is zero."""
     best, number, x, y, z = -np.inf, 0, 1.0, 0.0, 0.0
-    for q in range(count):
-        dx, dy, dz = _areas(hist, c, q, before, p)
+    for q in range(_count(patch, before)):
+        dx, dy, dz = _areas(hist, patch, q, before, p)
         least = min(dx, dy, dz) / (dx + dy + dz)
         if least > best:
             best, number, x, y, z = least, q, max(dx, 0.0), max(dy, 0.0), max(dz, 0.0)
@@ -112,28 +126,25 @@ def _nearest(hist, c, p, count, before):
 
 
 @compiled(inline="always")
-def _step(hist, entry, b, to_before):
-    """Move barycentrics b (3,) of the entry's face to the other side of its collapse; returns the new face's entry."""
-    c = hist.entries[entry, COLLAPSE]
-    k0 = np.int64(hist.entries[entry, FACE] & 3)
+def _step(hist, first, patch, number, b, to_before):
+    """Move barycentrics b (3,) of the face of entry number `number` of a patch, whose entries begin at `first`, to the other
+    side of the collapse; returns the new face's entry."""
+    k0 = np.int64(hist.entries[first + number, FACE] & 3)
     k1 = k0 + 1 if k0 < 2 else 0
     k2 = k1 + 1 if k1 < 2 else 0
-    first, ring, sides = hist.collapses[c, FIRST], hist.collapses[c, RING], np.int64(hist.collapses[c, SIDES])
-    faces = np.int64(hist.collapses[c + 1, FIRST] - first)
-    number = entry - first
-    a0, a1, a2 = _triangle(hist, c, number, not to_before)
+    a0, a1, a2 = _triangle(patch, number, not to_before)
     u, v, w = hist.uv[a0], hist.uv[a1], hist.uv[a2]
     p = complex(b[k0] * u.real + b[k1] * v.real + b[k2] * w.real, b[k0] * u.imag + b[k1] * v.imag + b[k2] * w.imag)
-    count = faces if to_before else sides
+    _, ring, sides, _, _, faces = patch
     border_vertex = ring > sides and (to_before or faces == sides + 1)
     if border_vertex and b[k0] == 1.0:
-        return _along_border(hist, c, p, count, to_before, b)
+        return _along_border(hist, first, patch, p, to_before, b)
     for s in range(3):
-        if b[k0 if s == 0 else (k1 if s == 1 else k2)] == 0.0 and _on_border(hist, c, number, not to_before, s):
-            return _along_border(hist, c, p, count, to_before, b)
-    at, x, y, z = _holding(hist, c, p, count, to_before, number)
+        if b[k0 if s == 0 else (k1 if s == 1 else k2)] == 0.0 and _on_border(patch, number, not to_before, s):
+            return _along_border(hist, first, patch, p, to_before, b)
+    at, x, y, z = _holding(hist, patch, p, to_before, number)
     if at < 0:
-        at, x, y, z = _nearest(hist, c, p, count, to_before)
+        at, x, y, z = _nearest(hist, patch, p, to_before)
     total = x + y + z
     entry = first + at
     k0 = np.int64(hist.entries[entry, FACE] & 3)
@@ -148,13 +159,33 @@ def _step(hist, entry, b, to_before):
 
 
 @compiled
-def _descend(hist, face, b):
+def _descend(hist, face, b, first, link, waiting):
+    """Undo all collapses, last one first, each for all points on its faces at once. first (m,) gets the first point of each
+    input face, or -1; link (k,) the next one of the same face; waiting: work space."""
     for p in range(len(face)):
-        e = hist.head[face[p]]
-        while e >= 0:
-            e = _step(hist, e, b[p], True)
-            face[p] = hist.entries[e, FACE] >> 2
-            e = hist.entries[e, PREVIOUS]
+        link[p] = first[face[p]]
+        first[face[p]] = p
+    for c in range(len(hist.collapses) - 2, -1, -1):
+        entry, sides = hist.collapses[c, FIRST], hist.collapses[c, SIDES]
+        some = False
+        for q in range(sides):
+            f = hist.entries[entry + q, FACE] >> 2
+            waiting[q] = first[f]
+            some |= first[f] >= 0
+        if not some:
+            continue
+        for q in range(sides):
+            first[hist.entries[entry + q, FACE] >> 2] = -1
+        patch = _patch(hist, c)
+        for q in range(sides):
+            p = waiting[q]
+            while p >= 0:
+                f = hist.entries[_step(hist, entry, patch, q, b[p], True), FACE] >> 2
+                p_next = link[p]
+                link[p] = first[f]
+                first[f] = p
+                face[p] = f
+                p = p_next
 
 
 @compiled
@@ -162,7 +193,9 @@ def _ascend(hist, face, b):
     for p in range(len(face)):
         e = hist.tail[face[p]]
         while e >= 0:
-            e = _step(hist, e, b[p], False)
+            c = hist.entries[e, COLLAPSE]
+            first = hist.collapses[c, FIRST]
+            e = _step(hist, first, _patch(hist, c), e - first, b[p], False)
             face[p] = hist.entries[e, FACE] >> 2
             e = hist.entries[e, NEXT]
 
@@ -171,7 +204,8 @@ def to_fine(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -
     """Points of the base, face (k,) and barycentric (k, 3) in 0..1, as points of the input mesh's faces."""
     at = decimation.faces[np.asarray(face)]
     b = np.array(barycentric, dtype=np.float64, order="C")
-    _descend(decimation.history, at, b)
+    _descend(decimation.history, at, b, np.full(len(decimation.mesh.F), -1, np.int32), np.empty(len(at), np.int32),
+             np.empty(MAX_RING + 8, np.int32))
     return at, b
 
 

@@ -38,10 +38,10 @@ class Level:
         edge_of[order] = np.cumsum(first, dtype=np.int32) - 1
         one = order[first].astype(np.int32)
         two = opposite[one]
-        ends = directed_edges(F)
-        swap = (ends[one, 0] > ends[one, 1]) & (two != one)
+        a, b = directed_edges(F)[one].T
+        swap = (a > b) & (two != one)
         left, right = np.where(swap, two, one), np.where(swap, one, two)
-        return Level(F, int(n), opposite, np.sort(ends[one], 1), edge_of, np.stack([left, right], 1))
+        return Level(F, int(n), opposite, np.stack([np.minimum(a, b), np.maximum(a, b)], 1), edge_of, np.stack([left, right], 1))
 
     def subdivided(self) -> "Level":
         """The next finer level, 4 m faces and n + e vertices."""

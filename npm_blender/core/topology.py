@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .errors import MeshError
+from .ordering import order_of
 
 
 def directed_edges(F: np.ndarray) -> np.ndarray:
@@ -24,7 +25,7 @@ def paired_halfedges(F: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     """
     start, end = directed_edges(F).T
     key = np.minimum(start, end).astype(np.int64) * (int(F.max()) + 1) + np.maximum(start, end)
-    order = np.argsort(key)
+    order = order_of(key)
     ranked = key[order]
     pair = ranked[1:] == ranked[:-1]
     h, o = order[:-1][pair], order[1:][pair]

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from npm_blender.core.decimate import decimate
 from npm_blender.core.flatten import twice_area
 from npm_blender.core.history import AT, FIRST, RING, SIDES
-from npm_blender.core.ssp import _triangle, to_coarse, to_fine
+from npm_blender.core.ssp import _patch, _triangle, to_coarse, to_fine
 from npm_blender.core.topology import opposite_halfedges
 
 from .lod_meshes import joined, sheet, sphere, torus, tube
@@ -120,7 +120,7 @@ def test_every_flattening_is_positively_oriented_on_both_sides(shape):
         first, stop = history.collapses[c:c + 2, FIRST]
         for q in range(stop - first):
             for before in (True, False) if q < history.collapses[c, SIDES] else (True,):
-                corners = _triangle(history, c, q, before)
+                corners = _triangle(_patch(history, c), q, before)
                 assert twice_area(*(history.uv[k] for k in corners)) > 0
 
 
