@@ -143,7 +143,8 @@ def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, 
         ring = np.zeros(n, np.int8)
         ring[at] = 1
         _spread(level.edges, ring)
-        vertices, edges = np.flatnonzero((ring > 0) & ~fixed), np.flatnonzero(ring[level.edges].any(1))
+        near = ring > 0
+        vertices, edges = np.flatnonzero(near & ~fixed), np.flatnonzero(near[level.edges[:, 0]] | near[level.edges[:, 1]])
     return X
 
 

@@ -14,6 +14,7 @@ from .rings import is_turned, measures, upright
 from .walk import move, show, walk
 
 _VERTICES, _FACES = 24, 64  # room for vertices and faces of a patch, times 4^L
+SMOOTHED = 4  # widths of a patch that is smoothed (see `shake`)
 NEAR = 0.05  # distance from the middle of an edge, in its lengths, that ends the search for a place there
 
 
@@ -22,8 +23,9 @@ class Patch(NamedTuple):
     how many of them are of each level and those before it (vertices_to, faces_to); what is kept of the vertices (face,
     barycentrics, position, normal); marks of all vertices and faces; when a vertex last moved for good, and when single
     steps last failed at a face; moved_now and failed_now: the same within a trial; stuck: when a base vertex last failed
-    to walk home. state (5,): last mark, random state, work left (vertices moved, and some more for each that single
-    steps improve), the time that moved, failed and stuck count in, that of moved_now and failed_now."""
+    to walk home; smoothed (m, SMOOTHED): when smoothing with so many rings last failed at a face. state (5,): last mark,
+    random state, work left (vertices moved, and some more for each that single steps improve), the time that moved, failed,
+    stuck and smoothed count in, that of moved_now and failed_now."""
 
     w: np.ndarray
     best: np.ndarray
@@ -40,6 +42,7 @@ class Patch(NamedTuple):
     moved_now: np.ndarray
     failed_now: np.ndarray
     stuck: np.ndarray
+    smoothed: np.ndarray
     state: np.ndarray
 
     @staticmethod
@@ -52,7 +55,13 @@ class Patch(NamedTuple):
 
         return Patch(np.zeros(3), np.zeros(4), np.zeros(4), zeros(room), zeros(_FACES * 4**levels), zeros(levels),
                      zeros(levels), np.zeros((room, 10)), zeros(vertices), zeros(faces), zeros(vertices), zeros(faces),
-                     zeros(vertices), zeros(faces), zeros(vertices), np.array([0, 1, work, 0, 0]))
+                     zeros(vertices), zeros(faces), zeros(vertices), zeros(faces, SMOOTHED), np.array([0, 1, work, 0, 0]))
+
+    def another(self) -> "Patch":
+        """Work space for another thread, with the same times of what moved or failed for good."""
+        own = ("w", "best", "where", "vertices", "faces", "vertices_to", "faces_to", "kept", "mark", "seen", "moved_now",
+               "failed_now", "state")
+        return self._replace(**{name: getattr(self, name).copy() for name in own})
 
 
 @compiled

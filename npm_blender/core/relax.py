@@ -5,8 +5,6 @@ bent or the part is thinner than the face. Base vertices that lie far from their
 vertices of turned faces walk over the surface (see `unfold`), then what that leaves is shaken (see `shake`). A step counts
 over all levels that hold the vertex.
 """
-from collections.abc import Callable
-
 import numpy as np
 
 from .home import go_home
@@ -14,7 +12,8 @@ from .jit import compiled
 from .patch import Patch, changed, halve
 from .progress import Progress, no_progress
 from .rings import is_turned, rings_of
-from .shake import mend, shake
+from .shake import mend
+from .shakers import Shakers
 from .subdivide import Level
 from .walk import Points, Surface
 
@@ -64,18 +63,12 @@ def _steps(surface, rings, points, at, most, patch, covered):
 
 
 @compiled
-def _shakes(surface, rings, points, at, most, patch, covered, trials):
-    """Shake the turned faces from number `at` on, until that took `most` work; returns as `_steps`."""
-    levels, level, moved = len(rings.at), 0, False
-    least = patch.state[2] - most
-    for f in range(at, rings.first[levels]):
-        while f >= rings.first[level + 1]:
-            level += 1
+def _next_turned(rings, points, at):
+    """The first turned face from number `at` on, or that of all faces."""
+    for f in range(at, len(rings.F)):
         if is_turned(rings.F, points.P, points.N, f):
-            moved |= shake(surface, rings, points, f, level, trials, patch, covered)
-            if patch.state[2] <= least:
-                return f + 1, moved
-    return rings.first[levels], moved
+            return f
+    return len(rings.F)
 
 
 def relax(surface: Surface, points: Points, levels: list[Level], home: np.ndarray, progress: Progress = no_progress) -> None:
@@ -96,18 +89,27 @@ def relax(surface: Surface, points: Points, levels: list[Level], home: np.ndarra
         if not done:
             break
 
-    def sliced(step: Callable, *options: float) -> bool:
-        """Take a step over all faces in slices; whether a vertex moved."""
+    def steps(covered: float) -> bool:
+        """Improve the corners of all turned faces, in slices; whether a vertex moved."""
         at, moved = 0, False
         while at < len(rings.F) and patch.state[2] > 0:
             progress(1 - patch.state[2] / WORK, MESSAGE)
-            at, now = step(surface, rings, points, at, SLICE, patch, *options)
+            at, now = _steps(surface, rings, points, at, SLICE, patch, covered)
             moved |= now
         return moved
 
-    for trials, covered in ROUNDS:
-        for _ in range(PASSES):
-            if not sliced(_steps, covered):
-                break
-        sliced(_shakes, covered, trials)
+    def shakes(trials: int, covered: float) -> None:
+        """Shake all turned faces."""
+        f = _next_turned(rings, points, 0)
+        while f < len(rings.F) and patch.state[2] > 0:
+            progress(1 - patch.state[2] / WORK, MESSAGE)
+            shakers.shake(f, int(np.searchsorted(rings.first, f, "right")) - 1, trials, covered)
+            f = _next_turned(rings, points, f + 1)
+
+    with Shakers(surface, rings, points, patch, ROUNDS[-1][0]) as shakers:
+        for trials, covered in ROUNDS:
+            for _ in range(PASSES):
+                if not steps(covered):
+                    break
+            shakes(trials, covered)
     _halve(surface, points, start, levels[-1].edges[:len(start) - levels[-1].n], patch)

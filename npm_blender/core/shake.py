@@ -6,12 +6,23 @@ goes back to where it was. The random steps are seeded, so the result is the sam
 import numpy as np
 
 from .jit import compiled
-from .patch import add, add_neighbours, better, carry, changed, fitness, gather, keep, restore, settled, turned
+from .patch import (
+    SMOOTHED,
+    add,
+    add_neighbours,
+    better,
+    carry,
+    changed,
+    fitness,
+    gather,
+    keep,
+    restore,
+    turned,
+)
 from .rings import is_turned
 from .unfold import FARTHER, improve, middle
 from .walk import move, walk
 
-SMOOTHED = 4  # trials that smooth, each with one more ring of vertices; the others shake
 SMOOTH = 2  # steps of smoothing
 LEAST = 0.15  # random step of the first trial, in mean lengths of the face's sides; of the last: 1
 SWEEPS = 4
@@ -74,6 +85,13 @@ def mend(surface, rings, points, f, level, patch, within, moved, time, thorough,
 
 
 @compiled
+def _turned(rings, points, patch):
+    """How many of the patch's faces are turned."""
+    faces = patch.faces_to[len(rings.at) - 1]
+    return turned(rings, points, patch, 0, faces, faces)
+
+
+@compiled
 def _mend_all(surface, rings, points, before, most, patch, covered):
     """Improve corners of the patch's turned faces, `before` of which were turned before the trial; above `most` there is no hope.
 
@@ -81,7 +99,7 @@ def _mend_all(surface, rings, points, before, most, patch, covered):
     """
     levels, state = len(rings.at), patch.state
     faces = patch.faces_to[levels - 1]
-    after = turned(rings, points, patch, 0, faces, faces)
+    after = _turned(rings, points, patch)
     thorough, begun = False, 0
     for _ in range(SWEEPS):
         if after == 0 or after > most:
@@ -102,7 +120,7 @@ def _mend_all(surface, rings, points, before, most, patch, covered):
             state[4] += 1
             patch.failed_now[f] = state[4]
             moved |= mend(surface, rings, points, f, level, patch, True, patch.moved_now, state[4], thorough, covered)
-        after = turned(rings, points, patch, 0, faces, faces)
+        after = _turned(rings, points, patch)
         if not moved:
             break
 
@@ -125,36 +143,66 @@ def _gather_round(rings, f, level, width, patch):
 
 
 @compiled
-def shake(surface, rings, points, f, level, trials, patch, covered):
-    """Smooth and shake the corners of face f of a level, then these with one ring round them, up to `trials` times in all,
-    then smooth with two and three rings: what costs least comes first.
+def _same(rings, patch, since):
+    """Whether no corner of the patch's faces moved since that time (0: never looked at)."""
+    if since == 0:
+        return False
+    for i in range(patch.faces_to[len(rings.at) - 1]):
+        for c in range(3):
+            if patch.moved[rings.F[patch.faces[i], c]] >= since:
+                return False
+    return True
 
-    True if that left fewer turned faces; the faces round them keep `covered` of their projected area.
+
+@compiled
+def shake(surface, rings, points, f, level, trials, patch, covered, own, workers, won, costs, failed):
+    """Smooth and shake the corners of face f of a level, then these with one ring round them, up to `trials` times in all,
+    then smooth with two and three rings: what costs least comes first. Smoothing that left as many turned faces is not tried
+    again before something round it moved. Stops where that left fewer turned faces, and the faces round them keep `covered` of
+    their projected area.
+
+    Of these tries this makes number own, own + workers, ...; each is seeded by its number, and starts from what is there now.
+    won (1,): the least number that another has succeeded with so far; it is not worth going on past that. costs (t,) gets
+    the work of each try; failed (SMOOTHED,) whether smoothing with so many rings left as many turned faces.
+    Returns the number that succeeded, or -1; how many numbers there are up to here; how many vertices of the patch moved.
     """
+    work, number = patch.state[2], 0
     for width in range(SMOOTHED):
         free, count = _gather_round(rings, f, level, width, patch)
         if count == 0:
             break
+        smooth = not _same(rings, patch, patch.smoothed[f, width])
+        if not smooth and width >= 2:
+            continue
         keep(points, patch, count)
         before = fitness(rings, points, patch)
         most = before[0] + max(WORSE, patch.faces_to[len(rings.at) - 1] // WORSE_OF)
         for trial in range(trials if width < 2 else 1):
-            if patch.state[2] <= 0:
-                return False
+            if not smooth if trial == 0 else trial < SMOOTHED or trial % 2 != width:
+                continue
+            number += 1
+            if (number - 1) % workers != own:
+                continue
+            if number - 1 > won[0]:
+                return -1, number - 1, 0
+            patch.state[1] = (f * 1_000_003 + trials * 8191 + number) * 6364136223846793005 + 1442695040888963407
             if trial == 0:
                 _smooth(surface, rings, points, level, patch, free)
-            elif trial < SMOOTHED or trial % 2 != width:
-                continue
             else:
                 size = _size(rings.F, points.P, f) * (LEAST + (1.0 - LEAST) * trial / trials)
                 for i in range(free):
                     _throw(surface, points, patch.vertices[i], size, patch)
             carried, promising = carry(surface, rings, points, level, patch, most)
-            patch.state[2] -= free + carried
+            good = False
             if promising:
                 _mend_all(surface, rings, points, before[0], most, patch, covered)
-                if better(rings, points, patch, before, before[0] - 1, FARTHER, covered):
-                    settled(patch, count)
-                    return True
+                good = better(rings, points, patch, before, before[0] - 1, FARTHER, covered)
+            costs[number - 1] = free + carried + work - patch.state[2]
+            patch.state[2] = work
+            if good:
+                won[0] = min(won[0], number - 1)
+                return number - 1, number, count
+            if trial == 0:
+                failed[width] = not promising or _turned(rings, points, patch) >= before[0]
             restore(points, patch, count)
-    return False
+    return -1, number, 0

@@ -1,7 +1,7 @@
 import numpy as np
 
 from npm_blender.core.rings import is_turned
-from npm_blender.core.shake import shake
+from npm_blender.core.shakers import SHARED, Shakers
 from npm_blender.core.walk import move, walk
 
 from .test_patch import LEVELS, Flat
@@ -11,13 +11,18 @@ def turned(flat):
     return np.array([is_turned(flat.rings.F, flat.points.P, flat.points.N, f) for f in range(len(flat.rings.F))])
 
 
+def shaken(flat, f, level, trials, covered):
+    with Shakers(flat.surface, flat.rings, flat.points, flat.patch, trials) as shakers:
+        return shakers.shake(f, level, trials, covered)
+
+
 def test_a_shake_that_mends_nothing_leaves_every_bit_as_it_was():
     flat = Flat()
     flat.patch.state[2] = 10_000
     before = [x.copy() for x in flat.points]
     f = int(flat.rings.faces[flat.rings.at[1, flat.v]])
     assert not turned(flat).any()
-    assert not shake(flat.surface, flat.rings, flat.points, f, 1, 8, flat.patch, 0.97)
+    assert not shaken(flat, f, 1, 8, 0.97)
     assert all(np.array_equal(x, y) for x, y in zip(flat.points, before))
     assert 0 < flat.patch.state[2] < 10_000 and not flat.patch.moved.any()
 
@@ -33,14 +38,6 @@ def test_a_shake_that_succeeds_leaves_fewer_turned_faces_and_notes_what_moved():
     before = turned(flat)
     f = int(np.flatnonzero(before & (np.arange(len(before)) >= flat.rings.first[last]))[0])
     start = flat.points.P.copy()
-    assert shake(flat.surface, flat.rings, flat.points, f, last, 16, flat.patch, 0.8)
+    assert shaken(flat, f, last, 16, 0.8)
     moved = np.abs(flat.points.P - start).max(1) > 0
     assert turned(flat).sum() < before.sum() and moved.any() and flat.patch.moved[moved].all()
-
-
-def test_no_work_left_no_trial():
-    flat = Flat()
-    flat.patch.state[2] = 0
-    before = flat.points.P.copy()
-    assert not shake(flat.surface, flat.rings, flat.points, 0, 0, 8, flat.patch, 0.97)
-    assert np.array_equal(flat.points.P, before) and flat.patch.state[2] == 0

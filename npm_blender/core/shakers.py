@@ -1,0 +1,103 @@
+"""The tries of a shake (see `shake`) on several threads: each has a copy of the points, and makes its share of them.
+
+The first try, by number, that succeeds is the one that counts, so the result does not depend on the number of threads.
+"""
+from concurrent.futures import ThreadPoolExecutor
+from typing import Self
+
+import numpy as np
+
+from .jit import compiled
+from .parallel import threads
+from .patch import SMOOTHED, Patch, restore, settled
+from .rings import Rings
+from .shake import shake
+from .walk import Points, Surface
+
+SHARED = 16  # tries from which on they are worth more than one thread
+MOST = 4  # threads
+NONE = np.iinfo(np.int64).max
+
+
+@compiled
+def _follow(points, moved, since, copy):
+    """Put the points that moved since that time to the same place in a copy."""
+    for v in range(len(moved)):
+        if moved[v] <= since:
+            continue
+        copy.face[v] = points.face[v]
+        for c in range(3):
+            copy.b[v, c], copy.P[v, c], copy.N[v, c] = points.b[v, c], points.P[v, c], points.N[v, c]
+
+
+@compiled
+def _take(points, patch, count, copy):
+    """Put the patch's vertices to the same place in a copy."""
+    for i in range(count):
+        v = patch.vertices[i]
+        copy.face[v] = points.face[v]
+        for c in range(3):
+            copy.b[v, c], copy.P[v, c], copy.N[v, c] = points.b[v, c], points.P[v, c], points.N[v, c]
+
+
+class Shakers:
+    """Shakes faces of the points on a surface; a context that ends its threads.
+
+    patch: its times and work left are kept; most: the largest number of trials (see `shake.shake`).
+    """
+
+    def __init__(self, surface: Surface, rings: Rings, points: Points, patch: Patch, most: int) -> None:
+        self._surface, self._rings, self._points, self._patches = surface, rings, [points], [patch]
+        self._count, self._since, self._room = min(threads(), MOST), -1, most + SMOOTHED
+        self._pool = ThreadPoolExecutor(max(self._count - 1, 1))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.shutdown()
+
+    def _ready(self, trials: int) -> int:
+        """Number of threads for so many trials, each with its copy of the points as they are now."""
+        if trials < SHARED or self._count == 1:
+            return 1
+        points, patch = self._points[0], self._patches[0]
+        while len(self._points) < self._count:
+            self._points.append(Points(*(array.copy() for array in points)))
+            self._patches.append(patch.another())
+            self._since = patch.state[3]
+        if patch.state[3] > self._since:
+            for copy in self._points[1:]:
+                _follow(points, patch.moved, self._since, copy)
+            self._since = patch.state[3]
+        return self._count
+
+    def shake(self, f: int, level: int, trials: int, covered: float) -> bool:
+        """Whether a try at face f of a level left fewer turned faces, see `shake.shake`."""
+        workers, patch = self._ready(trials), self._patches[0]
+        won, costs = np.array([NONE]), np.zeros((workers, self._room), np.int64)
+        failed = np.zeros((workers, SMOOTHED), bool)
+
+        def tries(own: int) -> tuple[int, int, int]:
+            return shake(self._surface, self._rings, self._points[own], f, level, trials, self._patches[own], covered, own,
+                         workers, won, costs[own], failed[own])
+
+        others = [self._pool.submit(tries, own) for own in range(1, workers)]
+        found = [tries(0), *(other.result() for other in others)]
+        best = min((number for number, _, _ in found if number >= 0), default=-1)
+        ran = np.arange(best + 1 if best >= 0 else max(end for _, end, _ in found))
+        patch.state[2] -= costs[ran % workers, ran].sum()
+        patch.state[3] += 1
+        if best < 0:
+            patch.smoothed[f, failed.any(0)] = patch.state[3]
+            return False
+        winner = best % workers
+        for own, (number, _, count) in enumerate(found):
+            if number >= 0 and own != winner:
+                restore(self._points[own], self._patches[own], count)
+        for own in range(len(self._points)):
+            if own != winner and (own < workers or own == 0):
+                _take(self._points[winner], self._patches[winner], found[winner][2], self._points[own])
+        patch.vertices[:found[winner][2]] = self._patches[winner].vertices[:found[winner][2]]
+        settled(patch, found[winner][2])
+        return True
