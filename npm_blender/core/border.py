@@ -6,6 +6,7 @@ base edge; the best choice for all vertices of the base edge together is found b
 """
 import numpy as np
 
+from .halfedge import following
 from .jit import compiled
 from .mesh import TriMesh
 from .subdivide import Level
@@ -37,14 +38,6 @@ def _halfedge_points(F: np.ndarray, out: np.ndarray, opposite: np.ndarray, face:
     return half, share
 
 
-def _few(count: int, vertices: int) -> np.ndarray:
-    """Which of `count` candidates are tried, (count,) bool: all, or MOST / sqrt(vertices) spread evenly, first and last too."""
-    keep = np.zeros(count, bool)
-    keep[:: -(-count // int(MOST / vertices**0.5))] = True
-    keep[-1] = True
-    return keep
-
-
 @compiled
 def _choose(X, at, own, gap, room, best, back):
     """Candidates (k,) for the vertices inside one base edge, the longest polyline; X (c, 3), at (c,): the candidates.
@@ -53,7 +46,9 @@ def _choose(X, at, own, gap, room, best, back):
     best, back (k + 1, c): work space.
     """
     count, k = len(at), len(own)
-    best[:, :] = -np.inf
+    for j in range(k + 1):
+        for q in range(count):
+            best[j, q] = -np.inf
     for j in range(k + 1):
         for q in range(1, count):
             if (q == count - 1) != (j == k):
@@ -76,19 +71,95 @@ def _choose(X, at, own, gap, room, best, back):
         room[j - 1] = q
 
 
-def _loop(V: np.ndarray, F: np.ndarray, out: np.ndarray, start: int, share: float, end: int,
-          last: float) -> tuple[np.ndarray, np.ndarray]:
-    """Border half-edges (c,) and shares (c,) of the start, of the input's vertices between, and of the end."""
-    corner = F.reshape(-1)
-    halves, h = [start], start
-    while h != end or len(halves) == 1 and last <= share:
-        h = out[corner[h - h % 3 + (h + 1) % 3]]
-        halves.append(h)
-        if len(halves) > len(corner):
-            break
-    shares = np.zeros(len(halves) + 1)
-    shares[0], shares[-1] = share, last
-    return np.array([*halves, end]), shares
+@compiled
+def _distance(X, p, q):
+    return np.sqrt((X[p, 0] - X[q, 0]) ** 2 + (X[p, 1] - X[q, 1]) ** 2 + (X[p, 2] - X[q, 2]) ** 2)
+
+
+@compiled(allocates=True)
+def _candidates(V, corner, out, half, share, chain, place):
+    """Where the vertices of a base edge may go along the input's border, in the order in which that lies there.
+
+    chain (k + 2,): the vertices of the base edge, ends first and last; half, share: where these are (see
+    `_halfedge_points`); place (3 m,): -1, work space. Candidates are the ends, the input's vertices between, spread evenly where
+    there are too many, and the vertices' own places. Returns their half-edges and shares (c,), positions (c, 3) and places along
+    the border (c,), and the vertices' own places (k,); no candidates where the vertices do not follow each other on the loop.
+    """
+    k, start, end, last = len(chain) - 2, half[chain[0]], half[chain[-1]], share[chain[-1]]
+    h, inner = start, 2
+    while (h != end or (inner == 2 and last <= share[chain[0]])) and inner <= len(corner):
+        h = out[corner[following(h)]]
+        inner += 1
+    halves, shares = np.empty(inner + k, np.int64), np.zeros(inner + k)
+    h = start
+    for q in range(inner - 1):
+        halves[q] = h
+        h = out[corner[following(h)]]
+    halves[inner - 1], shares[0], shares[inner - 1] = end, share[chain[0]], last
+    for j in range(k):
+        halves[inner + j], shares[inner + j] = half[chain[1 + j]], share[chain[1 + j]]
+    X, at, own = np.empty((inner + k, 3)), np.empty(inner + k), np.empty(k)
+    for q in range(inner + k):
+        i, j = corner[halves[q]], corner[following(halves[q])]
+        for c in range(3):
+            X[q, c] = V[i, c] + shares[q] * (V[j, c] - V[i, c])
+    at[0] = 0.0
+    for q in range(1, inner):
+        at[q] = at[q - 1] + _distance(X, q, q - 1)
+    for q in range(inner - 2, -1, -1):
+        place[halves[q]] = q
+    follows, before = True, 0.0
+    for j in range(k):
+        q = place[halves[inner + j]]
+        follows = follows and q >= 0
+        if follows:
+            own[j] = at[inner + j] = at[q] + _distance(X, inner + j, q)
+            follows = own[j] > before
+            before = own[j]
+    for q in range(inner - 1):
+        place[halves[q]] = -1
+    chosen, count = np.empty(inner + k, np.int64), 0
+    if follows and at[inner - 1] > before:
+        stride, q, j = -(-(inner + k) // int(MOST / k**0.5)), 0, 0
+        for n in range(inner + k):  # both lists are in order
+            if q < inner - 1 and (j == k or at[q] <= own[j] or q == 0):
+                take, number = n % stride == 0, q
+                q += 1
+            elif j < k:
+                take, number = True, inner + j
+                j += 1
+            else:
+                take, number = True, inner - 1
+            if take:
+                chosen[count] = number
+                count += 1
+    chosen = chosen[:count]
+    return halves[chosen], shares[chosen], X[chosen], at[chosen], own
+
+
+@compiled(allocates=True)
+def _slide(V, corner, out, fine_corner, fine_out, bases, count, half, share, face, b):
+    """Slide the `count` vertices inside each base edge that leaves a vertex of bases (e,) along the border."""
+    place, room, chain = np.full(len(corner), -1, np.int64), np.zeros(count, np.int64), np.empty(count + 2, np.int64)
+    for v in bases:
+        chain[0], whole = v, half[v] >= 0
+        for k in range(count + 1):
+            chain[k + 1] = fine_corner[following(fine_out[chain[k]])]
+            whole = whole and half[chain[k + 1]] >= 0
+        if not whole:
+            continue
+        halves, shares, X, at, own = _candidates(V, corner, out, half, share, chain, place)
+        if len(halves) == 0:
+            continue
+        gap = min(own[0], at[-1] - own[-1])
+        for k in range(1, count):
+            gap = min(gap, own[k] - own[k - 1])
+        _choose(X, at, own, GAP * gap, room, np.empty((count + 1, len(at))), np.zeros((count + 1, len(at)), np.int64))
+        for k in range(count):
+            p, h, t = chain[1 + k], halves[room[k]], shares[room[k]]
+            face[p] = h // 3
+            b[p, 0] = b[p, 1] = b[p, 2] = 0.0
+            b[p, h % 3], b[p, (h + 1) % 3] = 1.0 - t, t
 
 
 def follow_border(mesh: TriMesh, opposite: np.ndarray, levels: list[Level], face: np.ndarray,
@@ -108,43 +179,4 @@ def follow_border(mesh: TriMesh, opposite: np.ndarray, levels: list[Level], face
     half, share = np.full(finest.n, -1, np.int64), np.zeros(finest.n)
     half[border], share[border] = _halfedge_points(F, out, opposite, face[border], b[border])
     corner, fine_corner = F.reshape(-1), finest.F.reshape(-1)
-    count = 2 ** (len(levels) - 1) - 1
-    room = np.zeros(count, np.int64)
-    for v in border[border < n0]:
-        chain = [v]
-        for _ in range(count + 1):
-            h = fine_out[chain[-1]]
-            chain.append(fine_corner[h - h % 3 + (h + 1) % 3])
-        chain = np.array(chain)
-        if (half[chain] < 0).any():
-            continue
-        halves, shares = _loop(V, F, out, half[v], share[v], half[chain[-1]], share[chain[-1]])
-        # the vertices' own places are candidates as well
-        halves, shares = np.concatenate([halves, half[chain[1:-1]]]), np.concatenate([shares, share[chain[1:-1]]])
-        a, c = V[corner[halves]], V[corner[halves - halves % 3 + (halves + 1) % 3]]
-        X = a + shares[:, None] * (c - a)
-        # places along the loop: whole half-edges before it, then the share of its own
-        inner = len(halves) - count
-        ends = np.linalg.norm(np.diff(X[:inner], axis=0), axis=1)
-        along = np.concatenate([[0.0], np.cumsum(ends)])
-        where = {h: k for k, h in reversed(list(enumerate(halves[:inner - 1])))}
-        if any(h not in where for h in halves[inner:]):
-            continue
-        k = np.array([where[h] for h in halves[inner:]])
-        own = along[k] + np.linalg.norm(X[inner:] - X[k], axis=1)
-        places = np.concatenate([[0.0], own, along[-1:]])
-        steps = np.diff(places)
-        if not (steps > 0).all():
-            continue
-        at = np.concatenate([along, own])
-        order = np.argsort(at, kind="stable")
-        order = np.concatenate([[0], order[(order != 0) & (order != inner - 1)], [inner - 1]])
-        order = order[_few(len(order), count) | (order >= inner)]
-        _choose(X[order], at[order], own, GAP * steps.min(), room,
-                np.empty((count + 1, len(order))), np.zeros((count + 1, len(order)), np.int64))
-        chosen = order[room]
-        inside, h, t = chain[1:-1], halves[chosen], shares[chosen]
-        face[inside] = h // 3
-        b[inside] = 0.0
-        b[inside, h % 3] = 1 - t
-        b[inside, (h + 1) % 3] = t
+    _slide(V, corner, out, fine_corner, fine_out, border[border < n0], 2 ** (len(levels) - 1) - 1, half, share, face, b)

@@ -9,6 +9,7 @@ import numpy as np
 
 from .home import go_home
 from .jit import compiled
+from .parallel import each
 from .patch import Patch, changed, halve
 from .progress import Progress, no_progress
 from .rings import is_turned, rings_of
@@ -23,32 +24,46 @@ HOME = 3  # rounds in which base vertices walk home
 ROUNDS = ((4, 0.97), (8, 0.97), (16, 0.95), (24, 0.95), (32, 0.9), (48, 0.85), (64, 0.85), (96, 0.8), (128, 0.8))
 WORK = 20_000_000  # see `patch.Patch`: bounds the time that a hopeless mesh takes, 10 to 20 s
 SLICE = 100_000  # of it between two calls of `progress`: some tenths of a second
+EDGES = 10_000  # edges whose middles one thread looks at
 HOME_SLICE = 100  # base vertices between two calls
 MESSAGE = "Unfolding the levels"
 
 
 @compiled
-def _halve(surface, points, start, edges, patch):
-    """Put the points behind the vertices, which halve `edges` (e, 2), back on the middle of edges whose ends moved."""
+def _halve(surface, points, start, edges, first, last, w, where):
+    """Put the points behind the vertices, which halve `edges` (e, 2), back on the middle of edges first..last - 1 whose ends
+    moved. w (3,), where (3,): work space."""
     P, n = points.P, len(points.P) - len(edges)
-    for e in range(len(edges)):
-        i, j = edges[e]
+    for e in range(first, last):
+        i, j = edges[e, 0], edges[e, 1]
         moved = False
         for c in range(3):
             moved |= P[i, c] != start[i, c] or P[j, c] != start[j, c]
         if moved:
-            halve(surface, points, n + e, i, j, patch.w, patch.where)
+            halve(surface, points, n + e, i, j, w, where)
 
 
 @compiled
-def _steps(surface, rings, points, at, most, patch, covered):
-    """Improve single vertices of turned faces from number `at` on, until that took `most` work.
+def _turned(rings, points, out):
+    """The numbers of the turned faces, in out (m,); returns how many there are."""
+    count = 0
+    for f in range(len(rings.F)):
+        if is_turned(rings.F, points.P, points.N, f):
+            out[count] = f
+            count += 1
+    return count
 
-    Returns the number of the next face, or that of all, and whether a vertex moved.
+
+@compiled
+def _steps(surface, rings, points, faces, at, most, patch, covered):
+    """Improve single vertices of those of the faces that are turned, from place `at` on, until that took `most` work.
+
+    Returns the next place, and whether a vertex moved.
     """
-    levels, level, moved = len(rings.at), 0, False
+    level, moved = 0, False
     least = patch.state[2] - most
-    for f in range(at, rings.first[levels]):
+    for k in range(at, len(faces)):
+        f = faces[k]
         while f >= rings.first[level + 1]:
             level += 1
         if not is_turned(rings.F, points.P, points.N, f) or not changed(rings, f, patch.failed[f], patch.moved):
@@ -58,17 +73,8 @@ def _steps(surface, rings, points, at, most, patch, covered):
         if mend(surface, rings, points, f, level, patch, False, patch.moved, patch.state[3], True, covered):
             moved = True
         if patch.state[2] <= least:
-            return f + 1, moved
-    return rings.first[levels], moved
-
-
-@compiled
-def _next_turned(rings, points, at):
-    """The first turned face from number `at` on, or that of all faces."""
-    for f in range(at, len(rings.F)):
-        if is_turned(rings.F, points.P, points.N, f):
-            return f
-    return len(rings.F)
+            return k + 1, moved
+    return len(faces), moved
 
 
 def relax(surface: Surface, points: Points, levels: list[Level], home: np.ndarray, progress: Progress = no_progress) -> None:
@@ -89,27 +95,44 @@ def relax(surface: Surface, points: Points, levels: list[Level], home: np.ndarra
         if not done:
             break
 
-    def steps(covered: float) -> bool:
-        """Improve the corners of all turned faces, in slices; whether a vertex moved."""
+    room = np.empty(len(rings.F), np.int64)
+
+    def turned() -> np.ndarray:
+        return room[:_turned(rings, points, room)].copy()
+
+    def steps(faces: np.ndarray, covered: float) -> bool:
+        """Improve the corners of turned faces, in slices; whether a vertex moved."""
         at, moved = 0, False
-        while at < len(rings.F) and patch.state[2] > 0:
+        while at < len(faces) and patch.state[2] > 0:
             progress(1 - patch.state[2] / WORK, MESSAGE)
-            at, now = _steps(surface, rings, points, at, SLICE, patch, covered)
+            at, now = _steps(surface, rings, points, faces, at, SLICE, patch, covered)
             moved |= now
         return moved
 
-    def shakes(trials: int, covered: float) -> None:
-        """Shake all turned faces."""
-        f = _next_turned(rings, points, 0)
-        while f < len(rings.F) and patch.state[2] > 0:
+    def shakes(faces: np.ndarray, trials: int, covered: float) -> bool:
+        """Shake the faces that are turned; whether a vertex moved."""
+        moved = False
+        for f in faces.tolist():
+            if patch.state[2] <= 0:
+                break
+            if not is_turned(rings.F, points.P, points.N, f):
+                continue
             progress(1 - patch.state[2] / WORK, MESSAGE)
-            shakers.shake(f, int(np.searchsorted(rings.first, f, "right")) - 1, trials, covered)
-            f = _next_turned(rings, points, f + 1)
+            moved |= shakers.shake(f, int(np.searchsorted(rings.first, f, "right")) - 1, trials, covered)
+        return moved
 
+    faces = turned()
     with Shakers(surface, rings, points, patch, ROUNDS[-1][0]) as shakers:
         for trials, covered in ROUNDS:
             for _ in range(PASSES):
-                if not steps(covered):
+                if not steps(faces, covered):
                     break
-            shakes(trials, covered)
-    _halve(surface, points, start, levels[-1].edges[:len(start) - levels[-1].n], patch)
+                faces = turned()
+            if shakes(faces, trials, covered):
+                faces = turned()
+    edges = levels[-1].edges[:len(start) - levels[-1].n]
+
+    def task(first: int) -> None:
+        _halve(surface, points, start, edges, first, min(first + EDGES, len(edges)), np.empty(3), np.empty(3))
+
+    each(task, range(0, len(edges), EDGES))
