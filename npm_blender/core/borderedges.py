@@ -20,13 +20,24 @@ SLACK = 1.25  # least factor by which the allowed number grows
 
 
 class Corners(NamedTuple):
-    """marked (n,) bool: the vertex is a corner of its border loop; inside (e,) float64: corners that have vanished into
-    a border edge, in parts where an end of the edge slid past others; limits (2,): how many there may be, and the least
-    number, over the collapses refused since the last time more were allowed, that would have let one pass."""
+    """at (n,) int32: the corner of its border loop that a vertex is, by the number that it had at first, or -1; count (e,)
+    int32: corners that have vanished into a border edge; first (e,) int32: one of them, next (n,) int32: another one of the
+    same edge, or -1; share (n,) float64: where the map has them on it, 0 at its start to 1; limits (2,): how many there may
+    be, and the least number, over the collapses refused since the last time more were allowed, that would have let one pass.
 
-    marked: np.ndarray
-    inside: np.ndarray
+    met (k,) int32 and place (k,) float64, at least as long as there are corners: those that a collapse meets, and where on
+    the line through its patch (see `flatten`: 0 at i, 1 at j), met_count (1,): how many; work space.
+    """
+
+    at: np.ndarray
+    count: np.ndarray
+    first: np.ndarray
+    next: np.ndarray
+    share: np.ndarray
     limits: np.ndarray
+    met: np.ndarray
+    place: np.ndarray
+    met_count: np.ndarray
 
     @staticmethod
     def of(half: Half, base_faces: int) -> "Corners":
@@ -36,7 +47,15 @@ class Corners(NamedTuple):
         if len(border):
             _mark(half.X, half.corner, half.out, border, LOSS, marked)
         most = max(SEGMENTS - 1.0, marked.sum() / max(SHARE * base_faces, 1.0))
-        return Corners(marked, np.zeros(len(half.start)), np.array([most, np.inf]))
+        n, edges, room = len(marked), len(half.start) if len(border) else 0, int(marked.sum())
+        at = np.where(marked, np.arange(n), -1).astype(np.int32)
+        return Corners(at, np.zeros(edges, np.int32), np.full(edges, -1, np.int32), np.full(n, -1, np.int32), np.zeros(n),
+                       np.array([most, np.inf]), np.empty(room, np.int32), np.empty(room), np.zeros(1, np.int64))
+
+    @property
+    def marked(self) -> np.ndarray:
+        """Whether each vertex is a corner, (n,) bool."""
+        return self.at >= 0
 
     def yield_to(self) -> bool:
         """Allow more corners an edge, so that a refused collapse passes; whether there was one."""
@@ -109,17 +128,70 @@ def edge_before(m, i):
 
 
 @compiled
-def corners_after(m, corners, h, at):
-    """Corners inside the border edges before and after the vertex that border half-edge h: i -> j shrinks to.
+def _meet(corners, e, start, end, met):
+    """Add the corners inside edge e, which lies from `start` to `end` on the line; returns how many there are now."""
+    v = corners.first[e]
+    while v >= 0:
+        corners.met[met], corners.place[met] = v, start + corners.share[v] * (end - start)
+        met += 1
+        v = corners.next[v]
+    return met
 
-    at: where on it, 0..1 (see `flatten`: the place of k). Also returns whether the vertex is a corner.
+
+@compiled
+def corners_round(m, corners, h, before, at, after):
+    """Note the corners inside the border edges that border half-edge h: i -> j and its neighbours become, when it shrinks to a
+    vertex at place `at` of the line on which i is at 0 and j at 1; before, after: the places of the neighbours of i and j.
+
+    Returns the border edges before i and after j; how many corners come to lie in the edge before that vertex and in the one
+    after it; and the corner that the vertex is, or -1. An edge that keeps its place (at = 0: the one before, at = 1: the one
+    after) keeps its corners, and they are not noted.
     """
     i, j = m.corner[h], m.corner[following(h)]
-    own = corners.inside[m.edge[h]]
-    left, right = corners.inside[edge_before(m, i)], corners.inside[m.edge[m.out[j]]]
-    i_marked, j_marked = corners.marked[i], corners.marked[j]
-    if at < 1e-9:
-        return left, right + own + j_marked, i_marked
-    if at > 1.0 - 1e-9:
-        return left + own + i_marked, right, j_marked
-    return left + at * own + i_marked, right + (1.0 - at) * own + j_marked, False
+    met, left, right, corner = 0, 0, 0, -1
+    previous, later = edge_before(m, i), m.edge[m.out[j]]
+    if at > 0.0:
+        met = _meet(corners, previous, before, 0.0, met)
+    else:
+        left = corners.count[previous]
+    met = _meet(corners, m.edge[h], 0.0, 1.0, met)
+    if at < 1.0:
+        met = _meet(corners, later, 1.0, after, met)
+    else:
+        right = corners.count[later]
+    for v, place in ((i, 0.0), (j, 1.0)):
+        if corners.at[v] >= 0:
+            if place == at:
+                corner = corners.at[v]
+            else:
+                corners.met[met], corners.place[met] = corners.at[v], place
+                met += 1
+    corners.met_count[0] = met
+    for k in range(met):
+        if corners.place[k] < at:
+            left += 1
+        else:
+            right += 1
+    return previous, later, left, right, corner
+
+
+@compiled
+def put_corners(m, corners, i, previous, later, before, at, after, corner):
+    """Put the corners that `corners_round` noted into the edges before and after vertex i, to which the edge has shrunk.
+
+    previous, later: the edges there before it shrunk, other ones where an ear vanished; corner: that at i, or -1.
+    """
+    left, right = edge_before(m, i), m.edge[m.out[i]]
+    corners.first[left], corners.count[left] = corners.first[previous], corners.count[previous]
+    corners.first[right], corners.count[right] = corners.first[later], corners.count[later]
+    if at > 0.0:
+        corners.first[left], corners.count[left] = -1, 0
+    if at < 1.0:
+        corners.first[right], corners.count[right] = -1, 0
+    for k in range(corners.met_count[0]):
+        v, place = corners.met[k], corners.place[k]
+        e = left if place < at else right
+        corners.share[v] = (place - before) / (at - before) if place < at else (place - at) / (after - at)
+        corners.next[v], corners.first[e] = corners.first[e], v
+        corners.count[e] += 1
+    corners.at[i] = corner

@@ -3,7 +3,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .borderedges import corners_after, edge_before
+from .borderedges import corners_round, put_corners
 from .edgeheap import DEAD, LOCKED, REJECTED, put, take
 from .flatten import flatten
 from .halfedge import ANCHORED, EDGE, INNER, MAX_RING, collapse, following, gather, is_border, is_simple, preceding
@@ -192,17 +192,18 @@ def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, 
     if not flatten(m.X, scratch.ring, r, t, s1, s2, kind, i, j, x, y, z, stretch, scratch.uv, scratch.cots,
                    scratch.S, scratch.B, scratch.A):
         return 0, 0, i
-    left, right, marked = 0.0, 0.0, False
+    previous, later, corner = -1, -1, -1
+    before, at, after = scratch.uv[r - 1].real, scratch.uv[r + 2].real, scratch.uv[0].real
     if kind == EDGE:
-        left, right, marked = corners_after(m, corners, h, scratch.uv[r + 2].real)
+        at = 0.0 if at < 1e-9 else (1.0 if at > 1.0 - 1e-9 else at)
+        previous, later, left, right, corner = corners_round(m, corners, h, before, at, after)
         if max(left, right) > corners.limits[0]:
             corners.limits[1] = min(corners.limits[1], max(left, right))
             return NEVER, 0, i
     _record(hist, counts, scratch, r, t, s1, s2, 1 if kind == EDGE else 2)
     removed = collapse(m, h, kind, x, y, z, scratch.face, t, s1, s2, scratch.dead)
     if kind == EDGE:
-        corners.inside[edge_before(m, i)], corners.inside[m.edge[m.out[i]]] = left, right
-        corners.marked[i] = marked
+        put_corners(m, corners, i, previous, later, before, at, after, corner)
     for q in range(10):
         Q[i, q] += Q[j, q]
     return removed, r, i

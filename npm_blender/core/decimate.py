@@ -79,7 +79,8 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
     A number that can be reached is obeyed. Where the parts or handles of the mesh need more, the base gets as many as show
     them (see `leastfaces.roomier`); without `room` handles get as few as they can do with.
     variant 0 takes the cheapest edge; k > 0 a random one among about 100 cheapest, seeded by k. A closed mesh has an
-    even number of faces, so an odd target gives one face less. A large mesh is decimated by its regions first, side by side
+    even number of faces, so an odd target gives one face less; so does a target whose last single face is one that the border
+    needs. A large mesh is decimated by its regions first, side by side
     (see `regions`). Deterministic, whatever the number of threads. Raises MeshError if the mesh is not an
     oriented manifold, and whatever `progress` raises.
     """
@@ -115,10 +116,11 @@ def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) 
         if reason == DONE:
             break
         if reason == EMPTY:
-            if work.counts[2] == before and not (work.faces > enough and work.corners.yield_to()):
-                if not work.counts[6] or work.faces != base_faces + 1:
+            if work.counts[2] == before:
+                if work.counts[6] and work.faces == base_faces + 1:
+                    work.counts[6] = 0  # rather a face less than a border that is cut short
+                elif not (work.faces > enough and work.corners.yield_to()):
                     break
-                work.counts[6] = 0
             before = work.counts[2]
             work.offer_all()
     return _result(mesh, work.half, work.history.used(work.counts), opposite, work.faces if enough else base_faces)

@@ -87,9 +87,14 @@ def test_every_corner_is_counted_and_no_edge_has_more_than_it_may(seed, holes, b
     before = Corners.of(half_edges(mesh), base_faces).marked.sum()
     for half, corners in seen:
         h = np.flatnonzero((half.opposite == np.arange(len(half.opposite))) & (half.corner >= 0))
-        inside = corners.inside[half.edge[h]]
-        assert inside.sum() + corners.marked[half.corner[h]].sum() == pytest.approx(before)
-        assert (inside >= 0).all() and inside.max() <= corners.limits[0]
+        inside = corners.count[half.edge[h]]
+        assert inside.sum() + corners.marked[half.corner[h]].sum() == before
+        assert inside.max() <= corners.limits[0]
+        for e in half.edge[h]:
+            found = [corners.first[e]]
+            while found[-1] >= 0:
+                found.append(corners.next[found[-1]])
+            assert len(found) - 1 == corners.count[e] and (np.abs(corners.share[found[:-1]] - 0.5) <= 0.5).all()
 
 
 @pytest.mark.parametrize("holes, base_faces", [(1, 4), (2, 4), (12, 4), (12, 60), (40, 100), (40, 201), (40, 400), (3, 21)])
@@ -122,7 +127,7 @@ def test_a_square_has_four_corners():
     corners = Corners.of(half_edges(mesh), 400)
     at = mesh.V[corners.marked][:, :2]
     assert {tuple(p) for p in at.round(9).tolist()} == {(0, 0), (0, 1), (1, 0), (1, 1)}
-    assert corners.limits[0] == SEGMENTS - 1 and not corners.inside.any()
+    assert corners.limits[0] == SEGMENTS - 1 and not corners.count.any()
 
 
 @given(st.integers(0, 10**6), st.floats(0, 2))

@@ -1,7 +1,7 @@
 import numpy as np
 
 from npm_blender.core.rings import is_turned
-from npm_blender.core.shakers import SHARED, Shakers
+from npm_blender.core.shakers import Shakers
 from npm_blender.core.walk import move, walk
 
 from .test_patch import LEVELS, Flat
