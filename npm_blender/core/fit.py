@@ -48,14 +48,12 @@ def _mapped_faces(F, edge_of, V, middle, P, normal, area):
         area[f] /= max(total, 1e-300)
 
 
-@compiled(allocates=True)
-def _turned(F, X, normal):
-    """Whether each face of X is turned against its normal of the map, (m,) bool."""
-    out = np.zeros(len(F), np.bool_)
+@compiled
+def _turned(F, X, normal, out):
+    """Whether each face of X is turned against its normal of the map, in out (m,) bool."""
     for f in range(len(F)):
         x, y, z = triangle_normal(X, F[f, 0], F[f, 1], F[f, 2])
         out[f] = x * normal[f, 0] + y * normal[f, 1] + z * normal[f, 2] < TURNED * np.sqrt(x * x + y * y + z * z)
-    return out
 
 
 @compiled
@@ -129,12 +127,13 @@ def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, 
               np.zeros(e))
     spring, x = np.full((n, 1), SPRING), np.zeros((n, 3))
     own[:, DIAGONAL] += spring * share[:, None] + 1e-15
+    turned = np.empty(len(F), bool)
     vertices, edges, least = np.flatnonzero(~fixed), np.arange(e), -1.0
     for done in range(ROUNDS):
         progress(done / ROUNDS, "Fitting the levels")
         least = descend(own, cross, level.edges, right, vertices, edges, x, least)
         X = V + x
-        turned = _turned(F, X, normal)
+        _turned(F, X, normal, turned)
         if not turned.any():
             break
         at = np.unique(F[turned])
@@ -148,10 +147,10 @@ def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, 
     return X
 
 
-@compiled(allocates=True)
-def _go_back(F, S, X, N):
-    """Points between S and X so that no face of F is turned against the normals N that is upright at S."""
-    V, share = X.copy(), np.ones(len(X))
+@compiled
+def _go_back(F, S, X, N, V, share):
+    """Bring V, which is X, back towards S so that no face of F is turned against the normals N that is upright at S; share
+    (n,), of ones, gets what is left of each vertex's way."""
     changed = True
     while changed:
         changed = False
@@ -167,8 +166,7 @@ def _go_back(F, S, X, N):
                 for k in range(3):
                     V[v, k] = S[v, k] + share[v] * (X[v, k] - S[v, k])
                 if share[v] == 0.0:
-                    V[v] = S[v]
-    return V
+                    V[v, 0], V[v, 1], V[v, 2] = S[v, 0], S[v, 1], S[v, 2]
 
 
 def upright(levels: list[Level], points: np.ndarray, fitted: np.ndarray, normals: np.ndarray) -> np.ndarray:
@@ -177,4 +175,6 @@ def upright(levels: list[Level], points: np.ndarray, fitted: np.ndarray, normals
     No face of levels 1..L then opposes the sum of its corners' normals (n, 3) that does not at the points of the map.
     """
     F = np.concatenate([level.F for level in levels[1:]])
-    return _go_back(F, points, fitted, normals)
+    V = fitted.copy()
+    _go_back(F, points, fitted, normals, V, np.ones(len(V)))
+    return V

@@ -21,9 +21,8 @@ def _normalize(N):
             N[i, c] /= size
 
 
-@compiled(allocates=True)
-def _of_vertices(V, F):
-    N = np.zeros((len(V), 3))
+@compiled
+def _of_vertices(V, F, N):
     for f in range(len(F)):
         x, y, z = normal(V, F[f, 0], F[f, 1], F[f, 2])
         for c in range(3):
@@ -32,24 +31,25 @@ def _of_vertices(V, F):
             N[v, 1] += y
             N[v, 2] += z
     _normalize(N)
-    return N
 
 
-@compiled(allocates=True)
-def _of_faces(V, F, faces):
-    N = np.empty((len(faces), 3))
+@compiled
+def _of_faces(V, F, faces, N):
     for k in range(len(faces)):
         f = faces[k]
         N[k, 0], N[k, 1], N[k, 2] = normal(V, F[f, 0], F[f, 1], F[f, 2])
     _normalize(N)
-    return N
 
 
 def vertex_normals(mesh: TriMesh) -> np.ndarray:
     """Area-weighted unit vertex normals (n, 3) float64; zero where the faces of a vertex cancel out."""
-    return _of_vertices(mesh.V, mesh.F)
+    N = np.zeros((len(mesh.V), 3))
+    _of_vertices(mesh.V, mesh.F, N)
+    return N
 
 
 def normals_of(mesh: TriMesh, faces: np.ndarray) -> np.ndarray:
     """Unit normals (k, 3) float64 of the faces (k,); zero for faces without area."""
-    return _of_faces(mesh.V, mesh.F, faces)
+    N = np.empty((len(faces), 3))
+    _of_faces(mesh.V, mesh.F, faces, N)
+    return N

@@ -17,6 +17,7 @@ from .halfedge import following, is_border, preceding
 from .history import History
 from .jit import compiled
 from .locality import boxes
+from .ordering import order_of
 from .parallel import each
 from .progress import Progress
 
@@ -38,13 +39,12 @@ def worth_dividing(faces: int, base_faces: int) -> bool:
     return most <= LARGEST and faces >= 2 * most
 
 
-@compiled(allocates=True)
-def _assign(m, label, place, region, edges, faces):
+@compiled
+def _assign(m, label, place, region, edges, faces, deep):
     """Lock the edges that no region may collapse; region (e,) gets the box of the others, -1 for dead and locked ones.
 
-    edges, faces (boxes,): how many each box has.
+    edges, faces (boxes,): how many each box has. deep (n,) bool gets the deep vertices.
     """
-    deep = np.zeros(len(label), np.bool_)
     for v in range(len(label)):
         if m.out[v] < 0 or is_border(m, v):
             continue
@@ -85,8 +85,8 @@ def decimate_regions(work: Collapsing, base_faces: int, dear: float, progress: P
     label[living] = boxes(half.X[living], most // 2)
     count = int(label.max()) + 1
     region, edges, faces = np.empty(len(queue.place), np.int32), np.zeros(count, np.int64), np.zeros(count, np.int64)
-    _assign(half, label, queue.place, region, edges, faces)
-    order = np.argsort(region, kind="stable").astype(np.int32)[len(region) - edges.sum():]
+    _assign(half, label, queue.place, region, edges, faces, np.zeros(len(label), bool))
+    order = order_of(region + 1).astype(np.int32)[len(region) - edges.sum():]
     ends = np.cumsum(edges)
     touched = np.full(len(half.corner) // 3, -1, np.int32), np.full(len(half.corner) // 3, -1, np.int32)
     unused = History.empty(0)._replace(head=touched[0], tail=touched[1])

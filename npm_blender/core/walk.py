@@ -29,16 +29,19 @@ class Points(NamedTuple):
 
 
 @compiled
-def _axes(V, a, b, c):
-    """Unit vector along the edge a -> b, and the unit normal to it in the plane of a, b, c, on the side of c."""
+def _unfolded(V, a, b, c, w, x, y, z):
+    """The vector (x, y, z) in the plane of the triangle a, b, c, turned about the edge a -> b into that of a, b, w on its other
+    side."""
     ex, ey, ez = V[b, 0] - V[a, 0], V[b, 1] - V[a, 1], V[b, 2] - V[a, 2]
-    r = 1.0 / (np.sqrt(ex * ex + ey * ey + ez * ez) + 1e-300)
-    ex, ey, ez = ex * r, ey * r, ez * r
+    r = 1.0 / (ex * ex + ey * ey + ez * ez + 1e-300)
     ux, uy, uz = V[c, 0] - V[a, 0], V[c, 1] - V[a, 1], V[c, 2] - V[a, 2]
-    along = ux * ex + uy * ey + uz * ez
-    ux, uy, uz = ux - along * ex, uy - along * ey, uz - along * ez
-    r = 1.0 / (np.sqrt(ux * ux + uy * uy + uz * uz) + 1e-300)
-    return ex, ey, ez, ux * r, uy * r, uz * r
+    vx, vy, vz = V[w, 0] - V[a, 0], V[w, 1] - V[a, 1], V[w, 2] - V[a, 2]
+    s, t = r * (ux * ex + uy * ey + uz * ez), r * (vx * ex + vy * ey + vz * ez)
+    ux, uy, uz = ux - s * ex, uy - s * ey, uz - s * ez  # heights over the edge, in both planes
+    vx, vy, vz = vx - t * ex, vy - t * ey, vz - t * ez
+    along = r * (x * ex + y * ey + z * ez)
+    across = -(x * ux + y * uy + z * uz) / (np.sqrt((ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz)) + 1e-300)
+    return along * ex + across * vx, along * ey + across * vy, along * ez + across * vz
 
 
 @compiled
@@ -57,7 +60,8 @@ def walk(surface, f, b, x, y, z):
         if not det > 1e-12 * ee * gg:
             return f
         de, dg = x * ex + y * ey + z * ez, x * gx + y * gy + z * gz
-        s, t = (gg * de - eg * dg) / det, (ee * dg - eg * de) / det
+        r = 1.0 / det
+        s, t = r * (gg * de - eg * dg), r * (ee * dg - eg * de)
         x, y, z = s * ex + t * gx, s * ey + t * gy, s * ez + t * gz
         reach, side = 1.0, -1
         for c in range(3):
@@ -67,8 +71,8 @@ def walk(surface, f, b, x, y, z):
         b[0], b[1], b[2] = max(b[0] - reach * (s + t), 0.0), max(b[1] + reach * s, 0.0), max(b[2] + reach * t, 0.0)
         if side >= 0:
             b[side] = 0.0
-        total = b[0] + b[1] + b[2]
-        b[0], b[1], b[2] = b[0] / total, b[1] / total, b[2] / total
+        r = 1.0 / (b[0] + b[1] + b[2])
+        b[0], b[1], b[2] = r * b[0], r * b[1], r * b[2]
         if side < 0:
             return f
         near, far = (side + 1) % 3, (side + 2) % 3
@@ -77,11 +81,8 @@ def walk(surface, f, b, x, y, z):
         if o == h:
             return f
         g, at = o // 3, o % 3
-        ex, ey, ez, ux, uy, uz = _axes(V, F[f, near], F[f, far], F[f, side])
-        _, _, _, vx, vy, vz = _axes(V, F[f, near], F[f, far], F[g, (at + 2) % 3])
-        along, across = x * ex + y * ey + z * ez, -(x * ux + y * uy + z * uz)
-        along, across = along * (1.0 - reach), across * (1.0 - reach)
-        x, y, z = along * ex + across * vx, along * ey + across * vy, along * ez + across * vz
+        left = 1.0 - reach
+        x, y, z = _unfolded(V, F[f, near], F[f, far], F[f, side], F[g, (at + 2) % 3], left * x, left * y, left * z)
         c0, c1 = b[near], b[far]
         b[at], b[(at + 1) % 3], b[(at + 2) % 3] = c1, c0, 0.0
         f = g
@@ -98,9 +99,9 @@ def show(surface, points, v, f, b):
         P[v, c] = b[0] * surface.V[i, c] + b[1] * surface.V[j, c] + b[2] * surface.V[k, c]
         N[v, c] = b[0] * surface.N[i, c] + b[1] * surface.N[j, c] + b[2] * surface.N[k, c]
         size += N[v, c] * N[v, c]
-    size = np.sqrt(size)
+    r = 1.0 / np.sqrt(size) if size > _CANCELLED * _CANCELLED else 0.0
     for c in range(3):
-        N[v, c] = N[v, c] / size if size > _CANCELLED else 0.0
+        N[v, c] *= r
 
 
 @compiled
