@@ -155,16 +155,16 @@ def _same(rings, patch, since):
 
 
 @compiled
-def shake(surface, rings, points, f, level, trials, patch, covered, own, workers, won, costs, failed):
+def _shake(surface, rings, points, f, level, trials, patch, covered, own, workers, before_f, won, costs, failed):
     """Smooth and shake the corners of face f of a level, then these with one ring round them, up to `trials` times in all,
     then smooth with two and three rings: what costs least comes first. Smoothing that left as many turned faces is not tried
     again before something round it moved. Stops where that left fewer turned faces, and the faces round them keep `covered` of
     their projected area.
 
     Of these tries this makes number own, own + workers, ...; each is seeded by its number, and starts from what is there now.
-    won (1,): the least number that another has succeeded with so far; it is not worth going on past that. costs (t,) gets
-    the work of each try; failed (SMOOTHED,) whether smoothing with so many rings left as many turned faces.
-    Returns the number that succeeded, or -1; how many numbers there are up to here; how many vertices of the patch moved.
+    See `shake_all` for won, of whose tries `before_f` come before those of this face. costs (t,) gets the work of each try;
+    failed (SMOOTHED,) whether smoothing with so many rings left as many turned faces.
+    Returns the number that succeeded, or -1, and how many vertices of the patch that moved.
     """
     work, number = patch.state[2], 0
     for width in range(SMOOTHED):
@@ -183,8 +183,8 @@ def shake(surface, rings, points, f, level, trials, patch, covered, own, workers
             number += 1
             if (number - 1) % workers != own:
                 continue
-            if number - 1 > won[0]:
-                return -1, number - 1, 0
+            if before_f + number - 1 > won[0]:
+                return -1, 0
             patch.state[1] = (f * 1_000_003 + trials * 8191 + number) * 6364136223846793005 + 1442695040888963407
             if trial == 0:
                 _smooth(surface, rings, points, level, patch, free)
@@ -200,9 +200,34 @@ def shake(surface, rings, points, f, level, trials, patch, covered, own, workers
             costs[number - 1] = free + carried + work - patch.state[2]
             patch.state[2] = work
             if good:
-                won[0] = min(won[0], number - 1)
-                return number - 1, number, count
+                won[0] = min(won[0], before_f + number - 1)
+                return number - 1, count
             if trial == 0:
                 failed[width] = not promising or _turned(rings, points, patch) >= before[0]
             restore(points, patch, count)
-    return -1, number, 0
+    return -1, 0
+
+
+@compiled
+def shake_all(surface, rings, points, faces, trials, patch, covered, own, workers, won, costs, failed):
+    """Shake the faces (k,) that are turned (see `_shake`), up to the first that gets better.
+
+    Of the tries, numbered by face and then within it, this makes every `workers`-th from `own` on. won (1,): the least number,
+    of a face times t and within it, that any worker has succeeded with so far: it is not worth going on past that. costs (k, t)
+    and failed (k, SMOOTHED): see `_shake`; a face has fewer than t tries.
+    Returns the number that succeeded, or -1, and how many vertices of the patch that moved.
+    """
+    room, level = costs.shape[1], 0
+    for k in range(len(faces)):
+        f = faces[k]
+        if k * room > won[0]:
+            break
+        if not is_turned(rings.F, points.P, points.N, f):
+            continue
+        while f >= rings.first[level + 1]:
+            level += 1
+        found, count = _shake(surface, rings, points, f, level, trials, patch, covered, own, workers, k * room, won, costs[k],
+                              failed[k])
+        if found >= 0:
+            return k * room + found, count
+    return -1, 0

@@ -1,4 +1,4 @@
-"""The tries of a shake (see `shake`) on several threads: each has a copy of the points, and makes its share of them.
+"""The tries of shakes (see `shake`) on several threads: each has a copy of the points, and makes its share of them.
 
 The first try, by number, that succeeds is the one that counts, so the result does not depend on the number of threads.
 """
@@ -11,7 +11,7 @@ from .jit import compiled
 from .parallel import threads
 from .patch import SMOOTHED, Patch, restore, settled
 from .rings import Rings
-from .shake import shake
+from .shake import shake_all
 from .walk import Points, Surface
 
 SHARED = 16  # tries from which on they are worth more than one thread
@@ -43,7 +43,7 @@ def _take(points, patch, count, copy):
 class Shakers:
     """Shakes faces of the points on a surface; a context that ends its threads.
 
-    patch: its times and work left are kept; most: the largest number of trials (see `shake.shake`).
+    patch: its times and work left are kept; most: the largest number of trials (see `shake.shake_all`).
     """
 
     def __init__(self, surface: Surface, rings: Rings, points: Points, patch: Patch, most: int) -> None:
@@ -72,32 +72,38 @@ class Shakers:
             self._since = patch.state[3]
         return self._count
 
-    def shake(self, f: int, level: int, trials: int, covered: float) -> bool:
-        """Whether a try at face f of a level left fewer turned faces, see `shake.shake`."""
+    def shake(self, faces: np.ndarray, trials: int, covered: float) -> int:
+        """Shake those of the faces (k,) int64, in rising order, that are turned, up to the first that gets better: its place
+        among them, or -1. See `shake.shake_all`."""
         workers, patch = self._ready(trials), self._patches[0]
-        won, costs = np.array([NONE]), np.zeros((workers, self._room), np.int64)
-        failed = np.zeros((workers, SMOOTHED), bool)
+        won, costs = np.array([NONE]), np.zeros((workers, len(faces), self._room), np.int64)
+        failed = np.zeros((workers, len(faces), SMOOTHED), bool)
 
-        def tries(own: int) -> tuple[int, int, int]:
-            return shake(self._surface, self._rings, self._points[own], f, level, trials, self._patches[own], covered, own,
-                         workers, won, costs[own], failed[own])
+        def tries(own: int) -> tuple[int, int]:
+            return shake_all(self._surface, self._rings, self._points[own], faces, trials, self._patches[own], covered, own,
+                             workers, won, costs[own], failed[own])
 
         others = [self._pool.submit(tries, own) for own in range(1, workers)]
         found = [tries(0), *(other.result() for other in others)]
-        best = min((number for number, _, _ in found if number >= 0), default=-1)
-        ran = np.arange(best + 1 if best >= 0 else max(end for _, end, _ in found))
-        patch.state[2] -= costs[ran % workers, ran].sum()
+        best = min((number for number, _ in found if number >= 0), default=-1)
+        end = best + 1 if best >= 0 else len(faces) * self._room
+        # each try was made by one worker; those after the first that succeeded do not count
+        patch.state[2] -= costs.sum(0).reshape(-1)[:end].sum()
         patch.state[3] += 1
+        at, number = divmod(best, self._room) if best >= 0 else (-1, 0)
+        done = at if best >= 0 else len(faces)
+        f, width = np.nonzero(failed[:, :done].any(0))
+        patch.smoothed[faces[f], width] = patch.state[3]
         if best < 0:
-            patch.smoothed[f, failed.any(0)] = patch.state[3]
-            return False
-        winner = best % workers
-        for own, (number, _, count) in enumerate(found):
-            if number >= 0 and own != winner:
+            return -1
+        winner = number % workers
+        for own, (other, count) in enumerate(found):
+            if other >= 0 and own != winner:
                 restore(self._points[own], self._patches[own], count)
-        for own in range(len(self._points)):
-            if own != winner and (own < workers or own == 0):
-                _take(self._points[winner], self._patches[winner], found[winner][2], self._points[own])
-        patch.vertices[:found[winner][2]] = self._patches[winner].vertices[:found[winner][2]]
-        settled(patch, found[winner][2])
-        return True
+        count = found[winner][1]
+        for own in range(workers):
+            if own != winner:
+                _take(self._points[winner], self._patches[winner], count, self._points[own])
+        patch.vertices[:count] = self._patches[winner].vertices[:count]
+        settled(patch, count)
+        return at
