@@ -21,12 +21,13 @@ from npm_blender.core.locality import in_morton_order
 from npm_blender.core.lod import levels
 from npm_blender.core.mesh import Frame, TriMesh
 from npm_blender.core.parallel import threads
-from tests.shapes import bumpy
+from tests.shapes import bumpy, torus
 
 from .corpus import entries
 
 BASE_FACES, LEVELS, REPEATS = 400, 3, 3
 SMALL, LARGE = 6, 8  # subdivisions of the sphere with bumps: 81,920 and 1,310,720 faces
+HUNDRED_THOUSAND, MILLION = (317, 158), (1000, 500)  # rows and columns of tori: 100,172 and 1,000,000 faces
 CORPUS_FACES = (90_000, 120_000)
 
 
@@ -59,6 +60,8 @@ def meshes(corpus: Path) -> Iterator[tuple[str, TriMesh, int]]:
             yield entry.name, clean(entry.read(), "auto")[0], REPEATS
     yield "sphere with bumps", bumpy(SMALL), REPEATS
     yield "sphere with bumps", bumpy(LARGE), 1
+    yield "torus with waves", torus(*HUNDRED_THOUSAND), REPEATS
+    yield "torus with waves", torus(*MILLION), REPEATS
 
 
 def table(corpus: Path) -> list[str]:
@@ -75,12 +78,13 @@ def table(corpus: Path) -> list[str]:
         lines.append(f"| {name} | {row['faces']:,} | {row['decimate']:.2f} | {row['levels']:.2f} | {row['qslim']:.2f} | "
                      f"{row['to plain']:.2f} | {row['blocked']:.2f}{stuck} | {row['to blocked']:.2f} |")
         rows.append(row)
-    *hundred, small, large = rows
-    plain, blocked = (np.median([row[k] for row in [*hundred, small]]) for k in ("to plain", "to blocked"))
+    *hundred, sphere, larger, small, million = rows
+    plain, blocked = (np.median([row[k] for row in [*hundred, sphere]]) for k in ("to plain", "to blocked"))
+    growth = ", ".join(f"{b['faces']:,} faces take {b['total'] / a['total']:.1f} times as long as {a['faces']:,}"
+                       for a, b in ((small, million), (sphere, larger)))
     return [*lines, "",
-            f"On {threads()} threads. Medians over the meshes of about 100,000 faces: {plain:.2f} of qslim's time, "
-            f"{blocked:.2f} of blocking qslim's. {large['faces']:,} faces take {large['total'] / small['total']:.1f} times "
-            f"as long as {small['faces']:,}, and {large['memory']:.0f} MB in all."]
+            f"On {threads()} threads. Medians over the meshes of the corpus and the smaller sphere: {plain:.3f} of qslim's "
+            f"time, {blocked:.3f} of blocking qslim's. {growth}, and {larger['memory']:.0f} MB in all."]
 
 
 def main() -> None:

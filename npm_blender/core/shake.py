@@ -155,14 +155,14 @@ def _same(rings, patch, since):
 
 
 @compiled
-def _shake(surface, rings, points, f, level, trials, patch, covered, own, workers, before_f, won, costs, failed):
+def _shake(surface, rings, points, f, level, trials, patch, covered, own, workers, earlier, won, costs, failed):
     """Smooth and shake the corners of face f of a level, then these with one ring round them, up to `trials` times in all,
     then smooth with two and three rings: what costs least comes first. Smoothing that left as many turned faces is not tried
     again before something round it moved. Stops where that left fewer turned faces, and the faces round them keep `covered` of
     their projected area.
 
     Of these tries this makes number own, own + workers, ...; each is seeded by its number, and starts from what is there now.
-    See `shake_all` for won, of whose tries `before_f` come before those of this face. costs (t,) gets the work of each try;
+    See `shake_all` for won, of whose tries `earlier` come before those of this face. costs (t,) gets the work of each try;
     failed (SMOOTHED,) whether smoothing with so many rings left as many turned faces.
     Returns the number that succeeded, or -1, and how many vertices of the patch that moved.
     """
@@ -183,7 +183,7 @@ def _shake(surface, rings, points, f, level, trials, patch, covered, own, worker
             number += 1
             if (number - 1) % workers != own:
                 continue
-            if before_f + number - 1 > won[0]:
+            if earlier + number - 1 > won[0]:
                 return -1, 0
             patch.state[1] = (f * 1_000_003 + trials * 8191 + number) * 6364136223846793005 + 1442695040888963407
             if trial == 0:
@@ -200,7 +200,7 @@ def _shake(surface, rings, points, f, level, trials, patch, covered, own, worker
             costs[number - 1] = free + carried + work - patch.state[2]
             patch.state[2] = work
             if good:
-                won[0] = min(won[0], before_f + number - 1)
+                won[0] = min(won[0], earlier + number - 1)
                 return number - 1, count
             if trial == 0:
                 failed[width] = not promising or _turned(rings, points, patch) >= before[0]
