@@ -4,7 +4,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .borderedges import corners_round, put_corners
-from .edgeheap import DEAD, LOCKED, REJECTED, put, take
+from .edgeheap import DEAD, LOCKED, REJECTED, heapify, put, take
 from .flatten import flatten
 from .halfedge import ANCHORED, EDGE, INNER, MAX_RING, collapse, following, gather, is_border, is_simple, preceding
 from .history import AT, COLLAPSE, FACE, FIRST, NEXT, RING, S1, S2, SIDES
@@ -121,6 +121,15 @@ def _enter(queue, tests, e, stage, size):
         return size
     queue.stage[e] = stage
     return put(queue.heap, queue.place, queue.price, e, tests.price[stage] * (queue.error[e] + LEAST), size)
+
+
+@compiled
+def offer(queue, tests, edges):
+    """Make these edges (k,) the queue, for the first tests; no other edge may be in it."""
+    for k in range(len(edges)):
+        e = edges[k]
+        queue.heap[k], queue.stage[e], queue.price[e] = e, 0, tests.price[0] * (queue.error[e] + LEAST)
+    heapify(queue.heap, queue.place, queue.price, len(edges))
 
 
 @compiled(inline="always")

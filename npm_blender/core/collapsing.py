@@ -4,8 +4,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .borderedges import Corners
-from .collapses import LEAST, Queue, Scratch, Tests, run
-from .edgeheap import DEAD, REJECTED, heapify
+from .collapses import Queue, Scratch, Tests, offer, run
+from .edgeheap import DEAD, REJECTED
 from .errors import MeshError
 from .halfedge import Half, connect, opposites
 from .history import History
@@ -66,11 +66,7 @@ class Collapsing:
 
     def offer(self, edges: np.ndarray) -> None:
         """Make these edges the queue, for the first tests."""
-        queue = self.queue
-        queue.heap[:len(edges)] = edges
-        queue.stage[edges] = 0
-        queue.price[edges] = self.tests.price[0] * (queue.error[edges] + LEAST)
-        heapify(queue.heap, queue.place, queue.price, len(edges))
+        offer(self.queue, self.tests, edges)
         self.counts[1] = len(edges)
 
     def offer_all(self) -> None:

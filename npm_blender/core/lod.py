@@ -9,7 +9,7 @@ from .fit import fit, upright
 from .mesh import TriMesh
 from .normals import normals_of, vertex_normals
 from .ordering import order_of
-from .parallel import each
+from .parallel import each, threads
 from .progress import Progress, no_progress, part
 from .relax import relax
 from .settings import LodSettings
@@ -18,7 +18,7 @@ from .subdivide import Level, hierarchy
 from .walk import Surface, points_on
 
 MESSAGE = "Mapping the levels"
-SLICE = 13_000  # points mapped between two calls of `progress`
+FEWEST, MOST = 6_000, 26_000  # points that a thread maps between two calls of `progress`
 
 
 @dataclass(frozen=True)
@@ -94,11 +94,13 @@ def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_fa
     order = order_of(halfedge)
     face, at = np.empty(len(order), np.int32), np.empty((len(order), 3))
 
+    size = min(max(-(-len(order) // threads()), FEWEST), MOST)
+
     def task(start: int) -> None:
-        now = order[start:start + SLICE]
+        now = order[start:start + size]
         face[now], at[now] = to_fine(decimation, old_face[base[now]], b[now])
 
-    each(task, range(0, len(order), SLICE), progress, MESSAGE)
+    each(task, range(0, len(order), size), progress, MESSAGE)
     return face, at
 
 

@@ -60,8 +60,8 @@ class Patch(NamedTuple):
     def another(self) -> "Patch":
         """Work space for another thread, with the same times of what moved or failed for good."""
         own = ("w", "best", "where", "vertices", "faces", "vertices_to", "faces_to", "kept", "mark", "seen", "moved_now",
-               "failed_now", "state")
-        return self._replace(**{name: getattr(self, name).copy() for name in own})
+               "failed_now")
+        return self._replace(**{name: np.zeros_like(getattr(self, name)) for name in own}, state=self.state.copy())
 
 
 @compiled

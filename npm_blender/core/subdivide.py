@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .ordering import order_of
 from .topology import directed_edges, paired_halfedges
 
 
@@ -44,8 +45,40 @@ class Level:
         return Level(F, int(n), opposite, np.stack([np.minimum(a, b), np.maximum(a, b)], 1), edge_of, np.stack([left, right], 1))
 
     def subdivided(self) -> "Level":
-        """The next finer level, 4 m faces and n + e vertices."""
-        return Level.of(subdivide_faces(self.F, self.edge_of, self.n), self.n + len(self.edges))
+        """The next finer level, 4 m faces and n + e vertices: what `Level.of` finds, without looking for it.
+
+        Half-edge k of a parent is halved by slot 0 of child k and slot 2 of the next child; slot 1 of child k runs from the
+        middle of half-edge k to that of the one before, opposite to slot k - 1 of the child in the centre.
+        """
+        m, n, h = len(self.F), self.n, np.arange(self.F.size, dtype=np.int32)
+        k, child = h % 3, 4 * (h // 3)
+        first, second = 3 * (child + k), 3 * (child + (k + 1) % 3) + 2
+        across, centre = 3 * (child + k) + 1, 3 * (child + 3) + (k + 2) % 3
+        border = self.opposite == h
+        opposite = np.empty(12 * m, np.int32)
+        opposite[first] = np.where(border, first, second[self.opposite])
+        opposite[second] = np.where(border, second, first[self.opposite])
+        opposite[across], opposite[centre] = centre, across
+        # edges: the halves, by their old vertex; then those between middles
+        halves = order_of(self.edges.reshape(-1))
+        rank = np.empty(len(halves), np.int32)
+        rank[halves] = np.arange(len(halves), dtype=np.int32)
+        late = (self.F.reshape(-1) != self.edges[self.edge_of, 0]).astype(np.int32)
+        one, two = n + self.edge_of, n + self.edge_of[h - k + (k + 2) % 3]
+        low, high = np.minimum(one, two), np.maximum(one, two)
+        inner = order_of(low.astype(np.int64) * (n + len(self.edges)) + high)
+        edge_of = np.empty(12 * m, np.int32)
+        edge_of[first], edge_of[second] = rank[2 * self.edge_of + late], rank[2 * self.edge_of + 1 - late]
+        edge_of[across[inner]] = edge_of[centre[inner]] = len(halves) + np.arange(len(inner), dtype=np.int32)
+        edges = np.empty((len(halves) + len(inner), 2), np.int32)
+        edges[:len(halves), 0], edges[:len(halves), 1] = self.edges.reshape(-1)[halves], n + halves // 2
+        edges[len(halves):, 0], edges[len(halves):, 1] = low[inner], high[inner]
+        left = np.empty(len(edges), np.int32)
+        left[edge_of[second[border]]] = second[border]
+        left[edge_of[first]] = first
+        left[edge_of[across]] = np.where(one < two, across, centre)
+        F = subdivide_faces(self.F, self.edge_of, n)
+        return Level(F, n + len(self.edges), opposite, edges, edge_of, np.stack([left, opposite[left]], 1))
 
 
 def subdivide_faces(F: np.ndarray, edge_of: np.ndarray, n: int) -> np.ndarray:

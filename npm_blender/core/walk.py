@@ -4,7 +4,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .jit import compiled
+from .parallel import each
 
+SLICE = 26_000  # points that one thread shows at a time
 _STEPS = 200  # faces that one walk may cross
 _CANCELLED = 1e-9  # length below which the sum of normals is none
 
@@ -113,13 +115,13 @@ def move(surface, points, v, f, b):
 
 
 @compiled
-def _show_all(surface, points):
-    for v in range(len(points.face)):
+def _show_all(surface, points, first, last):
+    for v in range(first, min(last, len(points.face))):
         show(surface, points, v, points.face[v], points.b[v])
 
 
 def points_on(surface: Surface, face: np.ndarray, barycentric: np.ndarray) -> Points:
     """Points that can be moved: copies of face (n,) int32 and barycentric (n, 3), with positions and normals."""
     points = Points(face.copy(), barycentric.copy(), np.empty((len(face), 3)), np.empty((len(face), 3)))
-    _show_all(surface, points)
+    each(lambda first: _show_all(surface, points, first, first + SLICE), range(0, len(face), SLICE))
     return points
