@@ -83,14 +83,15 @@ def check(r, t, s1, s2, kind, uv, cots):
 
 
 @compiled(inline="always")
-def _normal(a0, a1, a2, b0, b1, b2):
+def _cross(a0, a1, a2, b0, b1, b2):
+    """The cross product of two vectors."""
     return a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
 
 
 @compiled(inline="always")
 def _stays(X, a, b, ox, oy, oz, nx, ny, nz):
     """Whether the triangle of the point o and vertices a, b has a normal within FLAT of the unit normal n."""
-    px, py, pz = _normal(X[a, 0] - ox, X[a, 1] - oy, X[a, 2] - oz, X[b, 0] - ox, X[b, 1] - oy, X[b, 2] - oz)
+    px, py, pz = _cross(X[a, 0] - ox, X[a, 1] - oy, X[a, 2] - oz, X[b, 0] - ox, X[b, 1] - oy, X[b, 2] - oz)
     along = px * nx + py * ny + pz * nz
     return along > 0.0 and along * along >= FLAT * FLAT * (px * px + py * py + pz * pz)
 
@@ -106,7 +107,7 @@ def place_flat(X, ring, r, s1, s2, i, j, x, y, z, uv):
     nx = ny = nz = 0.0
     for q in range(r):  # the summed normal of a disk is that of its boundary
         a, b = ring[q], ring[q + 1 if q + 1 < r else 0]
-        px, py, pz = _normal(X[a, 0] - xi, X[a, 1] - yi, X[a, 2] - zi, X[b, 0] - xi, X[b, 1] - yi, X[b, 2] - zi)
+        px, py, pz = _cross(X[a, 0] - xi, X[a, 1] - yi, X[a, 2] - zi, X[b, 0] - xi, X[b, 1] - yi, X[b, 2] - zi)
         nx, ny, nz = nx + px, ny + py, nz + pz
     size = np.sqrt(nx * nx + ny * ny + nz * nz)
     if not size > 1e-60:
@@ -121,8 +122,8 @@ def place_flat(X, ring, r, s1, s2, i, j, x, y, z, uv):
     if not _stays(X, j, a, xi, yi, zi, nx, ny, nz) or not _stays(X, b, j, xi, yi, zi, nx, ny, nz):
         return False
     ex, ey, ez = X[j, 0] - xi, X[j, 1] - yi, X[j, 2] - zi
-    fx, fy, fz = _normal(nx, ny, nz, ex, ey, ez)
-    ex, ey, ez = _normal(fx, fy, fz, nx, ny, nz)  # the edge, projected
+    fx, fy, fz = _cross(nx, ny, nz, ex, ey, ez)
+    ex, ey, ez = _cross(fx, fy, fz, nx, ny, nz)  # the edge, projected
     unit = ex * ex + ey * ey + ez * ez
     if not unit > 1e-60:
         return False

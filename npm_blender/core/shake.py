@@ -164,7 +164,7 @@ def _shake(surface, rings, points, f, level, trials, patch, covered, own, worker
     Of these tries this makes number own, own + workers, ...; each is seeded by its number, and starts from what is there now.
     See `shake_all` for won, of whose tries `earlier` come before those of this face. costs (t,) gets the work of each try;
     failed (SMOOTHED,) whether smoothing with so many rings left as many turned faces.
-    Returns the number that succeeded, or -1, and how many vertices of the patch that moved.
+    Returns the number that succeeded, or -1, and how many vertices of its patch moved.
     """
     work, number = patch.state[2], 0
     for width in range(SMOOTHED):
@@ -215,7 +215,7 @@ def shake_all(surface, rings, points, faces, trials, patch, covered, own, worker
     Of the tries, numbered by face and then within it, this makes every `workers`-th from `own` on. won (1,): the least number,
     of a face times t and within it, that any worker has succeeded with so far: it is not worth going on past that. costs (k, t)
     and failed (k, SMOOTHED): see `_shake`; a face has fewer than t tries.
-    Returns the number that succeeded, or -1, and how many vertices of the patch that moved.
+    Returns the number that succeeded, or -1, and how many vertices of its patch moved.
     """
     room, level = costs.shape[1], 0
     for k in range(len(faces)):

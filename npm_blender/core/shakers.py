@@ -20,24 +20,26 @@ NONE = np.iinfo(np.int64).max
 
 
 @compiled
+def _copy(points, v, copy):
+    """Put point v to the same place in a copy."""
+    copy.face[v] = points.face[v]
+    for c in range(3):
+        copy.b[v, c], copy.P[v, c], copy.N[v, c] = points.b[v, c], points.P[v, c], points.N[v, c]
+
+
+@compiled
 def _follow(points, moved, since, copy):
     """Put the points that moved since that time to the same place in a copy."""
     for v in range(len(moved)):
-        if moved[v] <= since:
-            continue
-        copy.face[v] = points.face[v]
-        for c in range(3):
-            copy.b[v, c], copy.P[v, c], copy.N[v, c] = points.b[v, c], points.P[v, c], points.N[v, c]
+        if moved[v] > since:
+            _copy(points, v, copy)
 
 
 @compiled
 def _take(points, patch, count, copy):
     """Put the patch's vertices to the same place in a copy."""
     for i in range(count):
-        v = patch.vertices[i]
-        copy.face[v] = points.face[v]
-        for c in range(3):
-            copy.b[v, c], copy.P[v, c], copy.N[v, c] = points.b[v, c], points.P[v, c], points.N[v, c]
+        _copy(points, patch.vertices[i], copy)
 
 
 class Shakers:
