@@ -25,8 +25,8 @@ def in_morton_order(mesh: TriMesh) -> TriMesh:
     order = order_of(_spread(x) | (_spread(y) << 1) | (_spread(z) << 2))
     place = np.empty(len(order), np.int32)
     place[order] = np.arange(len(order), dtype=np.int32)
-    F = place[mesh.F]
-    return TriMesh(mesh.V[order], np.ascontiguousarray(F[order_of(np.minimum(np.minimum(F[:, 0], F[:, 1]), F[:, 2]))]))
+    F = place.take(mesh.F)  # numpy takes rows several times faster by `take` than by an index
+    return TriMesh(mesh.V.take(order, 0), F.take(order_of(np.minimum(np.minimum(F[:, 0], F[:, 1]), F[:, 2])), 0))
 
 
 def boxes(P: np.ndarray, most: int) -> np.ndarray:
@@ -42,5 +42,5 @@ def boxes(P: np.ndarray, most: int) -> np.ndarray:
         side = (columns.max(1) - columns.min(1)).argmax()
         order = np.argpartition(columns[side], len(group) // 2)
         for half in (order[len(group) // 2:], order[:len(group) // 2]):
-            groups.append((group[half], columns[:, half]))
+            groups.append((group[half], columns.take(half, 1)))
     return out

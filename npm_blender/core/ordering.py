@@ -1,14 +1,13 @@
-"""The order that sorts keys. numpy sorts numbers several times faster than it finds their order."""
+"""The order that sorts integer keys: by their digits of 16 bits, the lowest first, for which numpy has a radix sort."""
 import numpy as np
+
+DIGIT = 16  # bits; numpy's stable sort of longer integers compares
 
 
 def order_of(keys: np.ndarray) -> np.ndarray:
-    """Indices (k,) int64 that sort the integers keys (k,), none of them negative; equal keys stay in their order.
-
-    Key and index are sorted as one number, where they fit into 63 bits.
-    """
-    keys = np.asarray(keys, np.int64)
-    bits = len(keys).bit_length()
-    if len(keys) == 0 or int(keys.max()).bit_length() + bits > 63:
-        return np.argsort(keys, kind="stable")
-    return np.sort((keys << bits) | np.arange(len(keys))) & ((1 << bits) - 1)
+    """Indices (k,) int64 that sort the integers keys (k,), none of them negative; equal keys stay in their order."""
+    keys = np.asarray(keys)
+    order = np.argsort(keys.astype(np.uint16), kind="stable")
+    for shift in range(DIGIT, int(keys.max(initial=0)).bit_length(), DIGIT):
+        order = order[np.argsort((keys >> shift).astype(np.uint16)[order], kind="stable")]
+    return order

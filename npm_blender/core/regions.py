@@ -13,7 +13,7 @@ import numpy as np
 from .collapses import MORE, Scratch, Tests
 from .collapsing import Collapsing
 from .edgeheap import DEAD, LOCKED
-from .halfedge import following, is_border, preceding
+from .halfedge import following
 from .history import History
 from .jit import compiled
 from .locality import boxes
@@ -43,20 +43,19 @@ def worth_dividing(faces: int, base_faces: int) -> bool:
 def _assign(m, label, place, region, edges, faces, deep):
     """Lock the edges that no region may collapse; region (e,) gets the box of the others, -1 for dead and locked ones.
 
-    edges, faces (boxes,): how many each box has. deep (n,) bool gets the deep vertices.
+    edges, faces (boxes,): how many each box has. deep (n,) bool, of ones, keeps them for the deep vertices.
     """
-    for v in range(len(label)):
-        if m.out[v] < 0 or is_border(m, v):
+    for f in range(len(m.corner) // 3):
+        a, b, c = m.corner[3 * f], m.corner[3 * f + 1], m.corner[3 * f + 2]
+        if a < 0:
             continue
-        h, inside = m.out[v], True
-        while True:
-            if label[m.corner[following(h)]] != label[v]:
-                inside = False
-                break
-            h = m.opposite[preceding(h)]
-            if h == m.out[v]:
-                break
-        deep[v] = inside
+        if label[a] == label[b] and label[b] == label[c]:
+            faces[label[a]] += 1
+        else:
+            deep[a] = deep[b] = deep[c] = False
+        for h in range(3 * f, 3 * f + 3):
+            if m.opposite[h] == h:
+                deep[m.corner[h]] = deep[m.corner[following(h)]] = False
     for e in range(len(place)):
         region[e] = -1
         if place[e] == DEAD:
@@ -67,10 +66,6 @@ def _assign(m, label, place, region, edges, faces, deep):
             edges[label[i]] += 1
         else:
             place[e] = LOCKED
-    for f in range(len(m.corner) // 3):
-        a, b, c = m.corner[3 * f], m.corner[3 * f + 1], m.corner[3 * f + 2]
-        if a >= 0 and label[a] == label[b] and label[b] == label[c]:
-            faces[label[a]] += 1
 
 
 def decimate_regions(work: Collapsing, base_faces: int, dear: float, progress: Progress, message: str) -> None:
@@ -82,11 +77,11 @@ def decimate_regions(work: Collapsing, base_faces: int, dear: float, progress: P
     most, left = _size(base_faces)
     living = np.flatnonzero(half.out >= 0)
     label = np.full(len(half.out), -1, np.int32)
-    label[living] = boxes(half.X[living], most // 2)
+    label[living] = boxes(half.X.take(living, 0), most // 2)
     count = int(label.max()) + 1
     region, edges, faces = np.empty(len(queue.place), np.int32), np.zeros(count, np.int64), np.zeros(count, np.int64)
-    _assign(half, label, queue.place, region, edges, faces, np.zeros(len(label), bool))
-    order = order_of(region + 1).astype(np.int32)[len(region) - edges.sum():]
+    _assign(half, label, queue.place, region, edges, faces, np.ones(len(label), bool))
+    order = order_of(region + 1)[len(region) - edges.sum():].astype(np.int32)
     ends = np.cumsum(edges)
     touched = np.full(len(half.corner) // 3, -1, np.int32), np.full(len(half.corner) // 3, -1, np.int32)
     unused = History.empty(0)._replace(head=touched[0], tail=touched[1])

@@ -14,7 +14,7 @@ from .rings import Rings
 from .shake import shake_all
 from .walk import Points, Surface
 
-SHARED = 16  # tries from which on they are worth more than one thread
+SHARED = 4  # tries from which on they are worth more than one thread
 MOST = 4  # threads
 NONE = np.iinfo(np.int64).max
 
