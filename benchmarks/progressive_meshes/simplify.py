@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from npm_blender.core.collapses import shape_holds
-from npm_blender.core.collapsing import half_edges
+from npm_blender.core.collapsing import half_edges_with_quadrics
 from npm_blender.core.edgeheap import DEAD, REJECTED, heapify, put, take
 from npm_blender.core.halfedge import (
     ANCHORED,
@@ -26,7 +26,7 @@ from npm_blender.core.halfedge import (
 )
 from npm_blender.core.jit import compiled
 from npm_blender.core.mesh import TriMesh
-from npm_blender.core.quadric import best_point, edge_costs, vertex_quadrics
+from npm_blender.core.quadric import best_point, edge_costs
 
 SHARE = 8  # a batch collapses at most one vertex in SHARE
 DEARER = 4.0  # and no edge that costs this many times more than that share's dearest edge
@@ -52,39 +52,39 @@ class Collapses:
 
 
 @compiled
-def _touch(m, Q, heap, place, cost, i, size):
+def _touch(m, Q, heap, cost, place, i, size):
     """New costs of the edges at vertex i."""
     h = first = m.out[i]
     while True:
         e = m.edge[h]
         c, _, _, _ = best_point(Q, m.X, i, m.corner[following(h)])
-        size = put(heap, place, cost, e, c, size)
+        size = put(heap, cost, place, e, c, size)
         p = preceding(h)
         h = m.opposite[p]
         if h == p:
             e = m.edge[p]
             c, _, _, _ = best_point(Q, m.X, i, m.corner[p])
-            return put(heap, place, cost, e, c, size)
+            return put(heap, cost, place, e, c, size)
         if h == first:
             return size
 
 
 @compiled(allocates=True)
-def _batch(m, Q, heap, place, cost, size, faces, target, most, limit, cosine, quality, blocked, b, counts, ends, cuts, at,
-           batch, error, aside):
+def _batch(m, Q, heap, cost, place, size, faces, target, most, limit, cosine, quality, blocked, b, counts, ends, cuts, at,
+           batch, error, aside, aside_cost):
     """One batch; returns queue size, faces left and number of collapses so far."""
     ring, face = np.zeros(MAX_RING + 8, np.int32), np.zeros(MAX_RING + 8, np.int32)
     dead = np.zeros(3, np.int32)
     done, waiting, first = counts[0], 0, counts[0]
-    while size > 0 and faces > target and done - first < most and cost[heap[0]] <= limit:
+    while size > 0 and faces > target and done - first < most and cost[0] <= limit:
         e = heap[0]
-        c = cost[e]
-        size = take(heap, place, cost, e, REJECTED, size)
+        c = cost[0]
+        size = take(heap, cost, place, e, REJECTED, size)
         h = m.start[e]
         o = m.opposite[h]
         i, j = m.corner[h], m.corner[following(h)]
         if blocked[i] == b or blocked[j] == b:
-            aside[waiting] = e
+            aside[waiting], aside_cost[waiting] = e, c
             waiting += 1
             continue
         if m.valence[i] + m.valence[j] > 40:
@@ -116,28 +116,28 @@ def _batch(m, Q, heap, place, cost, size, faces, target, most, limit, cosine, qu
         for q in range(10):
             Q[i, q] += Q[j, q]
         for q in range(3):
-            size = take(heap, place, cost, dead[q], DEAD, size)
-        size = _touch(m, Q, heap, place, cost, i, size)
+            size = take(heap, cost, place, dead[q], DEAD, size)
+        size = _touch(m, Q, heap, cost, place, i, size)
         blocked[i] = b
         for q in range(r):
             blocked[ring[q]] = b
     for q in range(waiting):
         e = aside[q]
         if place[e] == REJECTED:
-            size = put(heap, place, cost, e, cost[e], size)
+            size = put(heap, cost, place, e, aside_cost[q], size)
     counts[0] = done
     return size, faces
 
 
 def simplify(mesh: TriMesh, target: int) -> Collapses:
     """Collapse an oriented manifold mesh to about `target` faces. Raises MeshError if it is not a manifold."""
-    m = half_edges(mesh)
+    m, Q = half_edges_with_quadrics(mesh)
     n, faces = len(mesh.V), len(mesh.F)
-    Q = vertex_quadrics(m.X, m.corner, m.opposite)
     cost = edge_costs(Q, m.X, m.corner, m.start)
     place = np.full(len(m.start), REJECTED, np.int32)
     heap, aside = np.arange(len(m.start), dtype=np.int32), np.zeros(len(m.start), np.int32)
-    heapify(heap, place, cost, len(heap))
+    aside_cost = np.zeros(len(aside))
+    heapify(heap, cost, place, len(heap))
     size = len(heap)
     blocked, counts = np.full(n, -1, np.int64), np.zeros(1, np.int64)
     ends, cuts, batch = np.zeros((n, 2), np.int32), np.zeros((n, 2), np.int32), np.zeros(n, np.int32)
@@ -145,20 +145,20 @@ def simplify(mesh: TriMesh, target: int) -> Collapses:
     stage, b = 0, 0
     while faces > target:
         most = max((n - counts[0]) // SHARE, 1)
-        queued = cost[heap[:size]]
+        queued = cost[:size]
         limit = np.inf if size <= most else DEARER * np.partition(queued, most)[most] + 1e-16
         before = counts[0]
-        size, faces = _batch(m, Q, heap, place, cost, size, faces, target, most, limit, *_TESTS[stage], blocked, b, counts,
-                             ends, cuts, at, batch, error, aside)
+        size, faces = _batch(m, Q, heap, cost, place, size, faces, target, most, limit, *_TESTS[stage], blocked, b, counts,
+                             ends, cuts, at, batch, error, aside, aside_cost)
         b += 1
         if counts[0] == before and size == 0:
             if stage + 1 == len(_TESTS):
                 break
             stage += 1
             again = np.flatnonzero(place == REJECTED).astype(np.int32)
-            heap[: len(again)] = again
             size = len(again)
-            heapify(heap, place, cost, size)
+            heap[:size], cost[:size] = again, edge_costs(Q, m.X, m.corner, m.start[again])
+            heapify(heap, cost, place, size)
         elif stage and counts[0] - before > most // 2:
             stage = 0
     c = int(counts[0])

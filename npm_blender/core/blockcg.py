@@ -7,7 +7,7 @@ import numpy as np
 
 from .jit import compiled
 
-DIAGONAL = [0, 3, 5]  # of a block
+DIAGONAL = (0, 3, 5)  # of a block
 ITERATIONS = 60
 TOLERANCE = 1e-3  # least norm of the preconditioned residual, relative to the first
 

@@ -85,7 +85,7 @@ def _mark(X, corner, out, border, loss, marked):
     k = len(border)
     loop = np.empty(k, np.int64)
     before, after = np.empty(k, np.int64), np.empty(k, np.int64)
-    heap, place, price = np.empty(k, np.int32), np.full(k, DEAD, np.int32), np.empty(k)
+    heap, price, place = np.empty(k, np.int32), np.empty(k), np.full(k, DEAD, np.int32)
     seen = np.zeros(len(marked), np.bool_)
     for first in border:
         if seen[corner[first]]:
@@ -102,16 +102,16 @@ def _mark(X, corner, out, border, loss, marked):
             a, b, c = loop[before[q]], loop[q], loop[after[q]]
             price[q] = _price(X, a, b, c)
             length += np.sqrt((X[a, 0] - X[b, 0]) ** 2 + (X[a, 1] - X[b, 1]) ** 2 + (X[a, 2] - X[b, 2]) ** 2)
-        heapify(heap, place, price, n)
+        heapify(heap, price, place, n)
         room, size = loss * length, n
-        while size > 3 and price[heap[0]] <= room:
+        while size > 3 and price[0] <= room:
             q = heap[0]
-            room -= price[q]
-            size = take(heap, place, price, q, DEAD, size)
+            room -= price[0]
+            size = take(heap, price, place, q, DEAD, size)
             a, c = before[q], after[q]
             after[a], before[c] = c, a
-            size = put(heap, place, price, a, _price(X, loop[before[a]], loop[a], loop[c]), size)
-            size = put(heap, place, price, c, _price(X, loop[a], loop[c], loop[after[c]]), size)
+            size = put(heap, price, place, a, _price(X, loop[before[a]], loop[a], loop[c]), size)
+            size = put(heap, price, place, c, _price(X, loop[a], loop[c], loop[after[c]]), size)
         for q in range(size):
             marked[loop[heap[q]]] = True
 

@@ -19,15 +19,15 @@ _CHOICES = 100  # a variant chooses among about this many of the cheapest edges
 
 
 class Queue(NamedTuple):
-    """Edges by price: heap and place (e,) int32 (see edgeheap), price and error (e,) float64, stage (e,) int8.
+    """Edges by price: heap, key and place (see edgeheap); error (e,) float64, stage (e,) int8.
 
-    error: the quadric's; stage: the tests that the edge meets next; price: what it costs there (see `decimate.Stage`);
+    error: the quadric's; stage: the tests that the edge meets next, which say its price (see `decimate.Stage`);
     waiting (n,) bool: vertices whose edges may be rejected ones, which wait for something to change round them.
     """
 
     heap: np.ndarray
+    key: np.ndarray
     place: np.ndarray
-    price: np.ndarray
     error: np.ndarray
     stage: np.ndarray
     waiting: np.ndarray
@@ -120,7 +120,7 @@ def _enter(queue, tests, e, stage, size):
     if queue.place[e] == LOCKED:
         return size
     queue.stage[e] = stage
-    return put(queue.heap, queue.place, queue.price, e, tests.price[stage] * (queue.error[e] + LEAST), size)
+    return put(queue.heap, queue.key, queue.place, e, tests.price[stage] * (queue.error[e] + LEAST), size)
 
 
 @compiled
@@ -128,8 +128,8 @@ def offer(queue, tests, edges):
     """Make these edges (k,) the queue, for the first tests; no other edge may be in it."""
     for k in range(len(edges)):
         e = edges[k]
-        queue.heap[k], queue.stage[e], queue.price[e] = e, 0, tests.price[0] * (queue.error[e] + LEAST)
-    heapify(queue.heap, queue.place, queue.price, len(edges))
+        queue.heap[k], queue.stage[e], queue.key[k] = e, 0, tests.price[0] * (queue.error[e] + LEAST)
+    heapify(queue.heap, queue.key, queue.place, len(edges))
 
 
 @compiled(inline="always")
@@ -241,7 +241,7 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
         if size == 0:
             status = EMPTY
             break
-        if counts[0] <= enough and queue.price[queue.heap[0]] > dear:
+        if counts[0] <= enough and queue.key[0] > dear:
             status = DONE
             break
         at = 0
@@ -249,7 +249,7 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
             counts[5] = (counts[5] * 6364136223846793005 + 1442695040888963407) | 1
             at = ((counts[5] >> 33) & 0x3FFFFFFF) % max(min(_CHOICES, size // 8), 1)
         e = queue.heap[at]
-        size = take(queue.heap, queue.place, queue.price, e, REJECTED, size)
+        size = take(queue.heap, queue.key, queue.place, e, REJECTED, size)
         only_border = counts[6] != 0 and counts[0] == target + 1
         s = queue.stage[e]
         removed, r, i = _try(m, Q, e, corners, hist, scratch, counts, only_border, tests.cosine[s], tests.quality[s],
@@ -263,7 +263,7 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
         done += 1
         counts[0] -= removed
         for q in range(3):
-            size = take(queue.heap, queue.place, queue.price, scratch.dead[q], DEAD, size)
+            size = take(queue.heap, queue.key, queue.place, scratch.dead[q], DEAD, size)
         size = _update(m, Q, queue, tests, scratch.ring, r, i, size)
     counts[1] = size
     return status

@@ -10,21 +10,26 @@ from .errors import MeshError
 from .halfedge import Half, connect, opposites
 from .history import History
 from .mesh import TriMesh
+from .parallel import together
 from .quadric import edge_costs, vertex_quadrics
 from .topology import opposite_halfedges
 
 
-def half_edges(mesh: TriMesh) -> Half:
-    """The half-edge form of a mesh. Raises MeshError if it is not an oriented edge- and vertex-manifold."""
+def half_edges_with_quadrics(mesh: TriMesh) -> tuple[Half, np.ndarray]:
+    """The half-edge form of a mesh, and the quadrics (n, 10) of its vertices.
+
+    Raises MeshError if the mesh is not an oriented edge- and vertex-manifold.
+    """
     corner = mesh.F.reshape(-1).copy()
     opposite, oriented = opposites(corner, len(mesh.V))
     if not oriented:
         opposite = opposite_halfedges(mesh.F)  # raises, and says how many edges are wrong
-    edge, start, out, valence, pinched = connect(corner, opposite, len(mesh.V))
+    (edge, start, out, valence, pinched), quadrics = together(
+        lambda: connect(corner, opposite, len(mesh.V)), lambda: vertex_quadrics(mesh.V, corner, opposite))
     if pinched:
         raise MeshError(f"Expected a manifold mesh, found {pinched} vertices where separate fans of faces meet; "
                         "clean the mesh first (--clean auto)")
-    return Half(mesh.V.copy(), corner, opposite, edge, out, valence, start)
+    return Half(mesh.V.copy(), corner, opposite, edge, out, valence, start), quadrics
 
 
 @dataclass
@@ -45,15 +50,14 @@ class Collapsing:
 
     @staticmethod
     def of(mesh: TriMesh, tests: Tests, base_faces: int, variant: int) -> "Collapsing":
-        """A mesh of which nothing has collapsed yet; no edge is in the queue. Raises MeshError as `half_edges`.
+        """A mesh of which nothing has collapsed yet; no edge is in the queue. Raises MeshError as `half_edges_with_quadrics`.
 
         base_faces: those that the corners of the border are to be content with; variant: see `decimate`.
         """
-        half = half_edges(mesh)
+        half, quadrics = half_edges_with_quadrics(mesh)
         edges = len(half.start)
-        quadrics = vertex_quadrics(half.X, half.corner, half.opposite)
         error = edge_costs(quadrics, half.X, half.corner, half.start)
-        queue = Queue(np.arange(edges, dtype=np.int32), np.full(edges, REJECTED, np.int32), np.empty(edges), error,
+        queue = Queue(np.arange(edges, dtype=np.int32), np.empty(edges), np.full(edges, REJECTED, np.int32), error,
                       np.zeros(edges, np.int8), np.zeros(len(mesh.V), bool))
         border = (half.opposite == np.arange(len(half.opposite))).any()
         counts = np.array([len(mesh.F), 0, 0, 0, 0, variant, border], np.int64)

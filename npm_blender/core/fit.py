@@ -50,10 +50,13 @@ def _mapped_faces(F, edge_of, V, middle, P, normal, area):
 
 @compiled
 def _turned(F, X, normal, out):
-    """Whether each face of X is turned against its normal of the map, in out (m,) bool."""
+    """Whether each face of X is turned against its normal of the map, in out (m,) bool; returns whether one is."""
+    some = False
     for f in range(len(F)):
         x, y, z = triangle_normal(X, F[f, 0], F[f, 1], F[f, 2])
         out[f] = x * normal[f, 0] + y * normal[f, 1] + z * normal[f, 2] < TURNED * np.sqrt(x * x + y * y + z * z)
+        some |= out[f]
+    return some
 
 
 @compiled
@@ -97,8 +100,24 @@ def _assemble(F, edges, edge_of, V, direction, middle, middle_direction, area, n
 
 
 @compiled
-def _spread(edges, ring):
-    """Note in ring (n,) int8 how many edges a vertex is away from those with 1, plus 1; 0 from NEAR on."""
+def _stiffen(F, edges, turned, share, fixed, own, spring, ring, vertices, numbers):
+    """Stiffen the springs at the corners of turned faces, by STIFFER, and note what is to be solved for again.
+
+    ring (n,) gets how many edges a vertex is away from those, plus 1; 0 from NEAR on. Returns how many vertices, in vertices
+    (n,), and edges with a vertex near them, in numbers (e,), there are.
+    """
+    for v in range(len(ring)):
+        ring[v] = 0
+    for f in range(len(F)):
+        if not turned[f]:
+            continue
+        for c in range(3):
+            v = F[f, c]
+            if ring[v] == 0:
+                ring[v] = 1
+                for d in DIAGONAL:
+                    own[v, d] += (STIFFER - 1) * spring[v] * share[v]
+                spring[v] *= STIFFER
     for now in range(1, NEAR):
         for e in range(len(edges)):
             a, b = edges[e, 0], edges[e, 1]
@@ -106,6 +125,16 @@ def _spread(edges, ring):
                 ring[b] = now + 1
             elif ring[b] == now and ring[a] == 0:
                 ring[a] = now + 1
+    near = at = 0
+    for v in range(len(ring)):
+        if ring[v] > 0 and not fixed[v]:
+            vertices[near] = v
+            near += 1
+    for e in range(len(edges)):
+        if ring[edges[e, 0]] > 0 or ring[edges[e, 1]] > 0:
+            numbers[at] = e
+            at += 1
+    return near, at
 
 
 def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, middle_direction: np.ndarray,
@@ -125,36 +154,35 @@ def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, 
     own, cross, right, share = np.zeros((n, 6)), np.zeros((e, 6)), np.zeros((n, 3)), np.zeros(n)
     _assemble(F, level.edges, level.edge_of, V, direction, middle, middle_direction, area, normal, own, cross, right, share,
               np.zeros(e))
-    spring, x = np.full((n, 1), SPRING), np.zeros((n, 3))
-    own[:, DIAGONAL] += spring * share[:, None] + 1e-15
-    turned = np.empty(len(F), bool)
+    spring, x = np.full(n, SPRING), np.zeros((n, 3))
+    own[:, DIAGONAL] += SPRING * share[:, None] + 1e-15
+    turned, ring, near, numbers = np.empty(len(F), bool), np.empty(n, np.int8), np.empty(n, np.int64), np.empty(e, np.int64)
     vertices, edges, least = np.flatnonzero(~fixed), np.arange(e), -1.0
     for done in range(ROUNDS):
         progress(done / ROUNDS, "Fitting the levels")
         least = descend(own, cross, level.edges, right, vertices, edges, x, least)
         X = V + x
-        _turned(F, X, normal, turned)
-        if not turned.any():
+        if not _turned(F, X, normal, turned):
             break
-        at = np.unique(F[turned])
-        own[np.ix_(at, DIAGONAL)] += (STIFFER - 1) * spring[at] * share[at, None]
-        spring[at] *= STIFFER
-        ring = np.zeros(n, np.int8)
-        ring[at] = 1
-        _spread(level.edges, ring)
-        near = ring > 0
-        vertices, edges = np.flatnonzero(near & ~fixed), np.flatnonzero(near[level.edges[:, 0]] | near[level.edges[:, 1]])
+        some, edges_there = _stiffen(F, level.edges, turned, share, fixed, own, spring, ring, near, numbers)
+        vertices, edges = near[:some], numbers[:edges_there]
     return X
 
 
 @compiled
-def _go_back(F, S, X, N, V, share):
+def _go_back(F, S, X, N, V, share, moved, looked):
     """Bring V, which is X, back towards S so that no face of F is turned against the normals N that is upright at S; share
-    (n,), of ones, gets what is left of each vertex's way."""
-    changed = True
+    (n,), of ones, gets what is left of each vertex's way. moved (n,), looked (m,), of zeros: when a vertex moved last and when
+    a face was looked at; while no corner moves, there is nothing new to see."""
+    changed, now = True, 0
     while changed:
         changed = False
         for f in range(len(F)):
+            since = looked[f]
+            if since > 0 and moved[F[f, 0]] < since and moved[F[f, 1]] < since and moved[F[f, 2]] < since:
+                continue
+            now += 1
+            looked[f] = now
             if cosine(F, V, N, f) > 0.0 or not cosine(F, S, N, f) > 0.0:
                 continue
             for c in range(3):
@@ -162,6 +190,7 @@ def _go_back(F, S, X, N, V, share):
                 if share[v] == 0.0:
                     continue
                 changed = True
+                moved[v] = now
                 share[v] = share[v] / 2 if share[v] > LEAST else 0.0
                 for k in range(3):
                     V[v, k] = S[v, k] + share[v] * (X[v, k] - S[v, k])
@@ -176,5 +205,5 @@ def upright(levels: list[Level], points: np.ndarray, fitted: np.ndarray, normals
     """
     F = np.concatenate([level.F for level in levels[1:]])
     V = fitted.copy()
-    _go_back(F, points, fitted, normals, V, np.ones(len(V)))
+    _go_back(F, points, fitted, normals, V, np.ones(len(V)), np.zeros(len(V), np.int64), np.zeros(len(F), np.int64))
     return V

@@ -42,7 +42,7 @@ def compiled(function: Callable | None = None, *, inline: str = "never", allocat
         raise ModuleNotFoundError("No module named 'numba'", name="numba")
     if function is None:
         return lambda found: compiled(found, inline=inline, allocates=allocates)
-    return _cached(function, nogil=True, inline=inline, _nrt=allocates)
+    return _cached(function, nogil=True, inline=inline, error_model="numpy", _nrt=allocates)
 
 
 def is_cold(function: Callable) -> bool:

@@ -6,10 +6,11 @@ import numpy as np
 from .border import follow_border
 from .decimate import Decimation, decimate
 from .fit import fit, upright
+from .jit import compiled
 from .mesh import TriMesh
 from .normals import normals_of, vertex_normals
 from .ordering import order_of
-from .parallel import each, threads
+from .parallel import each, threads, together
 from .progress import Progress, no_progress, part
 from .relax import relax
 from .settings import LodSettings
@@ -75,6 +76,29 @@ def halfedges_with(level: Level) -> np.ndarray:
     return np.concatenate([owner, level.edge_halfedge[:, 0]])
 
 
+@compiled
+def _start(halfedge, n, order, first, last, corners, old_face, turn, face, b):
+    """Base face and barycentrics of points order[first:last] of a level, in face and b (last - first, 3); see `map_points`."""
+    children = len(corners)
+    for k in range(first, last):
+        h = halfedge[order[k]]
+        f, child, c = h // (3 * children), h // 3 % children, h % 3
+        d = c + 1 if c < 2 else 0
+        face[k - first] = old_face[f]
+        for s in range(3):  # corner s of a face is corner turn + s of the old one
+            x = corners[child, c, s]
+            b[k - first, (turn[f] + s) % 3] = (x + corners[child, d, s]) / 2 if order[k] >= n else x
+
+
+@compiled
+def _put(order, first, last, face, b, out, out_b):
+    """Put face and b of points order[first:last] at their places in out and out_b."""
+    for k in range(first, last):
+        out[order[k]] = face[k - first]
+        for s in range(3):
+            out_b[order[k], s] = b[k - first, s]
+
+
 def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_face: np.ndarray, turn: np.ndarray,
                progress: Progress = no_progress) -> tuple[np.ndarray, np.ndarray]:
     """Where the map puts the vertices and edge midpoints of a level: input face (n + e,) and barycentric (n + e, 3).
@@ -82,26 +106,20 @@ def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_fa
     corners: `level_corners`; old_face, turn (m0,): the base face of the decimation that each face of level 0 is, and
     the corner of it that comes first here. Neighbours are mapped one after the other, through the same collapses.
     """
-    halfedge, n = halfedges_with(level), level.n
-    flat = corners.reshape(-1, 3)
-    turned = np.concatenate([np.roll(flat, k, 1) for k in range(3)])  # corner k of a face is corner turn + k of the old one
-    base = halfedge // len(flat)
-    way = turn[base] * len(flat)
-    b = turned.take(way + halfedge % len(flat), 0)
-    along = halfedge[n:]
-    after = along - along % 3 + (along + 1) % 3
-    b[n:] = (b[n:] + turned.take(way[n:] + after % len(flat), 0)) / 2
+    halfedge = halfedges_with(level)
     order = order_of(halfedge)
-    face, at = np.empty(len(order), np.int32), np.empty((len(order), 3))
-
+    face, b = np.empty(len(order), np.int32), np.empty((len(order), 3))
     size = min(max(-(-len(order) // threads()), FEWEST), MOST)
 
-    def task(start: int) -> None:
-        now = order[start:start + size]
-        face[now], at[now] = to_fine(decimation, old_face[base[now]], b[now])
+    def task(first: int) -> None:
+        last = min(first + size, len(order))
+        at, at_b = np.empty(last - first, np.int32), np.empty((last - first, 3))
+        _start(halfedge, level.n, order, first, last, corners, old_face, turn, at, at_b)
+        at, at_b = to_fine(decimation, at, at_b)
+        _put(order, first, last, at, at_b, face, b)
 
     each(task, range(0, len(order), size), progress, MESSAGE)
-    return face, at
+    return face, b
 
 
 def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, fitted: bool = True,
@@ -115,17 +133,17 @@ def levels(decimation: Decimation, levels: int, order: BaseOrder | None = None, 
     """
     progress(0.0, MESSAGE)
     mesh, V0, F0 = decimation.mesh, decimation.V0, decimation.F0
-    old_face = np.arange(len(F0))
+    old_face = np.arange(len(F0), dtype=np.int32)
     turn = np.zeros(len(F0), np.int64)
     if order is not None:
         V0, F0, old_face = V0[order.vertices], order.F, order.faces
         turn = (order.vertices[F0[:, :1]] == decimation.F0[old_face]).argmax(1)
-    connectivity = hierarchy(F0, len(V0), levels)
+    connectivity, normals = together(lambda: hierarchy(F0, len(V0), levels), lambda: vertex_normals(mesh))
     finest = connectivity[-1]
     face, b = map_points(decimation, finest, level_corners(levels), old_face, turn, part(progress, 0.0, 0.6))
     n = finest.n
     follow_border(mesh, decimation.opposite, connectivity, face[:n], b[:n])
-    surface = Surface(mesh.V, mesh.F, decimation.opposite, vertex_normals(mesh))
+    surface = Surface(mesh.V, mesh.F, decimation.opposite, normals)
     points = points_on(surface, face, b)
     relax(surface, points, connectivity, V0, part(progress, 0.6, 0.65))
     planes = normals_of(mesh, points.face)

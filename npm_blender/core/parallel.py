@@ -3,8 +3,9 @@
 What the pieces are never depends on the number of threads, so neither does the result.
 """
 import os
+from collections import deque
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from threading import Thread
 from typing import TypeVar
 
 from .progress import Progress, no_progress
@@ -21,20 +22,35 @@ def threads() -> int:
 
 
 def each(task: Callable[[T], R], pieces: Iterable[T], progress: Progress = no_progress, message: str = "") -> list[R]:
-    """task(piece) of all pieces, in their order.
+    """task(piece) of all pieces, in their order. The calling thread does its share, and calls `progress` in between.
 
     Raises what the first failing piece or `progress` does, when no other is running any more.
     """
     pieces = list(pieces)
-    with ThreadPoolExecutor(threads()) as pool:
-        futures = [pool.submit(task, piece) for piece in pieces]
-        out = []
-        try:
-            for future in futures:
-                progress(len(out) / len(pieces), message)
-                out.append(future.result())
-        except BaseException:
-            for future in futures:
-                future.cancel()
-            raise
-    return out
+    results: dict[int, R] = {}
+    failures: dict[int, BaseException] = {}
+    todo = iter(range(len(pieces)))  # each number is taken once
+
+    def work(progress: Progress) -> None:
+        for k in todo:
+            try:
+                progress(len(results) / len(pieces), message)
+                results[k] = task(pieces[k])
+            except BaseException as error:  # raised below, in the calling thread
+                failures[k] = error
+                deque(todo, 0)  # no other piece begins
+
+    helpers = [Thread(target=work, args=(no_progress,)) for _ in range(min(threads(), len(pieces)) - 1)]
+    for helper in helpers:
+        helper.start()
+    work(progress)
+    for helper in helpers:
+        helper.join()
+    if failures:
+        raise failures[min(failures)]
+    return [results[k] for k in range(len(pieces))]
+
+
+def together(*steps: Callable[[], R]) -> list[R]:
+    """What the steps return, in their order; they run beside each other, as far as there are threads."""
+    return each(lambda step: step(), steps)

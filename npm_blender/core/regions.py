@@ -90,8 +90,8 @@ def decimate_regions(work: Collapsing, base_faces: int, dear: float, progress: P
     def task(k: int) -> Collapsing:
         seed = int(counts[5]) + 2 * k if counts[5] else 0
         own = np.array([faces[k], 0, 0, 0, 0, seed, 0], np.int64)
-        heap = np.empty(edges[k], np.int32)
-        region = replace(work, queue=queue._replace(heap=heap), tests=first_tests, counts=own, history=unused)
+        heap, key = np.empty(edges[k], np.int32), np.empty(edges[k])
+        region = replace(work, queue=queue._replace(heap=heap, key=key), tests=first_tests, counts=own, history=unused)
         region.offer(order[ends[k] - edges[k]:ends[k]])
         while region.run(Scratch.make(), left, len(order), len(order), dear) == MORE:
             pass

@@ -56,6 +56,33 @@ def _turned(rings, points, out):
 
 
 @compiled
+def _add_turned(rings, points, f, patch, out, count):
+    """Add face f to those in out, if it is turned and was not looked at; returns how many there are."""
+    if patch.seen[f] != patch.state[0]:
+        patch.seen[f] = patch.state[0]
+        if is_turned(rings.F, points.P, points.N, f):
+            out[count] = f
+            count += 1
+    return count
+
+
+@compiled
+def _still_turned(rings, points, before, since, patch, out):
+    """As `_turned`, in any order, where `before` (k,) were turned at the time `since`: a face that no corner of moved since has
+    not changed."""
+    patch.state[0] += 1
+    count = 0
+    for f in before:
+        count = _add_turned(rings, points, f, patch, out, count)
+    for v in range(len(rings.parents)):
+        if patch.moved[v] > since:
+            for level in range(len(rings.at)):
+                for k in range(rings.at[level, v], rings.at[level, v + 1]):
+                    count = _add_turned(rings, points, rings.faces[k], patch, out, count)
+    return count
+
+
+@compiled
 def _steps(surface, rings, points, faces, at, most, patch, covered):
     """Improve single vertices of those of the faces that are turned, from place `at` on, until that took `most` work.
 
@@ -98,8 +125,10 @@ def relax(surface: Surface, points: Points, levels: list[Level], home: np.ndarra
 
     room = np.empty(len(rings.F), np.int64)
 
-    def turned() -> np.ndarray:
-        return room[:_turned(rings, points, room)].copy()
+    def still_turned() -> np.ndarray:
+        nonlocal listed
+        since, listed = listed, patch.state[3]
+        return np.sort(room[:_still_turned(rings, points, faces, since, patch, room)])
 
     def steps(faces: np.ndarray, covered: float) -> bool:
         """Improve the corners of turned faces, in slices; whether a vertex moved."""
@@ -120,15 +149,15 @@ def relax(surface: Surface, points: Points, levels: list[Level], home: np.ndarra
             at += better + 1 if better >= 0 else TOGETHER
         return moved
 
-    faces = turned()
+    faces, listed = room[:_turned(rings, points, room)].copy(), patch.state[3]
     with Shakers(surface, rings, points, patch, ROUNDS[-1][0]) as shakers:
         for trials, covered in ROUNDS:
             for _ in range(PASSES):
                 if not steps(faces, covered):
                     break
-                faces = turned()
+                faces = still_turned()
             if shakes(faces, trials, covered):
-                faces = turned()
+                faces = still_turned()
     edges = levels[-1].edges[:len(start) - levels[-1].n]
 
     def task(first: int) -> None:

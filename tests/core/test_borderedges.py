@@ -8,7 +8,7 @@ from npm_blender.core import borderedges
 from npm_blender.core import collapsing as module
 from npm_blender.core.borderedges import LOSS, SEGMENTS, Corners
 from npm_blender.core.clean import clean
-from npm_blender.core.collapsing import half_edges
+from npm_blender.core.collapsing import half_edges_with_quadrics
 from npm_blender.core.decimate import decimate
 from npm_blender.core.lod import build_lod
 from npm_blender.core.mesh import Frame, TriMesh
@@ -84,7 +84,7 @@ def test_every_corner_is_counted_and_no_edge_has_more_than_it_may(seed, holes, b
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "Corners", Spy)
         decimate(mesh, base_faces, variant)
-    before = Corners.of(half_edges(mesh), base_faces).marked.sum()
+    before = Corners.of(half_edges_with_quadrics(mesh)[0], base_faces).marked.sum()
     for half, corners in seen:
         h = np.flatnonzero((half.opposite == np.arange(len(half.opposite))) & (half.corner >= 0))
         inside = corners.count[half.edge[h]]
@@ -124,7 +124,7 @@ def test_a_closed_mesh_has_nothing_to_count(monkeypatch):
 
 def test_a_square_has_four_corners():
     mesh = plane(20)
-    corners = Corners.of(half_edges(mesh), 400)
+    corners = Corners.of(half_edges_with_quadrics(mesh)[0], 400)
     at = mesh.V[corners.marked][:, :2]
     assert {tuple(p) for p in at.round(9).tolist()} == {(0, 0), (0, 1), (1, 0), (1, 1)}
     assert corners.limits[0] == SEGMENTS - 1 and not corners.count.any()
@@ -134,7 +134,7 @@ def test_a_square_has_four_corners():
 @settings(max_examples=20, deadline=None)
 def test_the_corners_alone_are_as_long_as_the_loop(seed, roughness):
     mesh = pierced(2, seed, levels=4, roughness=roughness)
-    marked = Corners.of(half_edges(mesh), 400).marked
+    marked = Corners.of(half_edges_with_quadrics(mesh)[0], 400).marked
     edges, loop = border_loops(mesh)
     after = dict(edges.tolist())
     for k in np.unique(loop):
@@ -149,14 +149,14 @@ def test_the_corners_alone_are_as_long_as_the_loop(seed, roughness):
 
 def test_more_corners_than_the_base_has_room_for_get_a_share_of_it():
     mesh = pierced(40, levels=5)
-    corners = [Corners.of(half_edges(mesh), n) for n in (10, 100, 400)]
+    corners = [Corners.of(half_edges_with_quadrics(mesh)[0], n) for n in (10, 100, 400)]
     most = [c.limits[0] for c in corners]
     assert most[0] > most[1] > SEGMENTS - 1
     assert corners[0].marked.sum() / most[0] == pytest.approx(borderedges.SHARE * 10)
 
 
 def test_refused_collapses_are_allowed_one_after_the_other():
-    corners = Corners.of(half_edges(plane(3)), 400)
+    corners = Corners.of(half_edges_with_quadrics(plane(3))[0], 400)
     assert not corners.yield_to() and corners.limits[0] == SEGMENTS - 1
     corners.limits[1] = 20.0
     assert corners.yield_to() and corners.limits[0] == 20.0

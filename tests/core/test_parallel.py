@@ -4,7 +4,7 @@ import time
 import pytest
 
 from npm_blender.core.errors import Cancelled
-from npm_blender.core.parallel import MOST, each, threads
+from npm_blender.core.parallel import MOST, each, threads, together
 
 
 @pytest.mark.parametrize("count", ["1", "2", "5"])
@@ -27,11 +27,41 @@ def test_the_first_failure_is_raised_and_nothing_runs_on():
     def task(k):
         if k == 3:
             raise ValueError("the third")
+        begun.append(k)
         time.sleep(0.005)
 
+    begun, before = [], threading.active_count()
     with pytest.raises(ValueError, match="the third"):
         each(task, range(50))
-    assert not any(t.name.startswith("ThreadPoolExecutor") for t in threading.enumerate())
+    assert threading.active_count() == before
+    assert max(begun) < 3 + MOST
+
+
+@pytest.mark.parametrize("count", ["1", "2", "5"])
+def test_of_two_failures_the_one_of_the_first_piece_is_raised(count, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", count)
+
+    def task(k):
+        if k == 0:
+            time.sleep(0.02)
+        raise ValueError(f"number {k}")
+
+    with pytest.raises(ValueError, match="number 0"):
+        each(task, range(5))
+
+
+def test_steps_run_together(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    meeting = threading.Barrier(2, timeout=10)
+    assert together(lambda: (meeting.wait(), "one")[1], lambda: (meeting.wait(), "two")[1]) == ["one", "two"]
+
+
+def test_progress_is_called_by_the_calling_thread_alone(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    told = []
+    each(lambda _: time.sleep(0.001), range(30), lambda share, _: told.append((share, threading.current_thread())), "Working")
+    shares, callers = zip(*told, strict=True)
+    assert set(callers) == {threading.current_thread()} and list(shares) == sorted(shares) and shares[-1] < 1
 
 
 def test_a_cancel_drops_the_pieces_not_begun(monkeypatch):
