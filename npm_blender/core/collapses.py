@@ -7,7 +7,7 @@ from .borderedges import corners_round, put_corners
 from .edgeheap import DEAD, LOCKED, REJECTED, heapify, put, take
 from .flatten import flatten
 from .halfedge import ANCHORED, EDGE, INNER, MAX_RING, collapse, following, gather, is_border, is_simple, preceding
-from .history import AT, COLLAPSE, FACE, FIRST, NEXT, RING, S1, S2, SIDES
+from .history import AT, FIRST, RING, S1, S2, SIDES
 from .jit import compiled
 from .quadric import best_point
 
@@ -95,23 +95,15 @@ def shape_holds(X, ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
 @compiled(inline="always")
 def _record(hist, counts, scratch, r, t, s1, s2, gone):
     """Append the collapse in `scratch` to the history; gone: number of faces that vanish."""
-    c, e, at = counts[2], counts[3], counts[4]
+    c, f, at = counts[2], counts[3], counts[4]
     row = hist.collapses[c]
-    row[FIRST], row[AT], row[RING], row[SIDES], row[S1], row[S2] = e, at, r, t, s1, s2
+    row[FIRST], row[AT], row[RING], row[SIDES], row[S1], row[S2] = f, at, r, t, s1, s2
     for q in range(t + gone):
-        f = scratch.face[q] >> 2
-        before = hist.head[f]
-        entry = hist.entries[e + q]
-        entry[FACE], entry[COLLAPSE], entry[NEXT] = scratch.face[q], c, -1
-        if before >= 0:
-            hist.entries[before, NEXT] = e + q
-        else:
-            hist.tail[f] = e + q
-        hist.head[f] = e + q
+        hist.faces[f + q] = scratch.face[q]
     for q in range(r + 3):
         hist.uv[at + q] = scratch.uv[q]
-    hist.collapses[c + 1, FIRST] = e + t + gone
-    counts[2], counts[3], counts[4] = c + 1, e + t + gone, at + r + 3
+    hist.collapses[c + 1, FIRST] = f + t + gone
+    counts[2], counts[3], counts[4] = c + 1, f + t + gone, at + r + 3
 
 
 @compiled(inline="always")
@@ -224,7 +216,7 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
 
     Also DONE from `enough` faces on when the cheapest edge has a price above `dear`.
 
-    counts: faces, queue size, collapses, entries, positions, random state (0: cheapest first), whether the mesh has a
+    counts: faces, queue size, collapses, faces and positions of the history, random state (0: cheapest first), whether the mesh has a
     border (the last single face is then left to a collapse on the border).
     """
     size = counts[1]
@@ -236,7 +228,7 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
             status = DONE
             break
         if (done >= collapses or counts[2] + 1 >= len(hist.collapses)
-                or counts[3] + spare > len(hist.entries) or counts[4] + spare > len(hist.uv)):
+                or counts[3] + spare > len(hist.faces) or counts[4] + spare > len(hist.uv)):
             break
         if size == 0:
             status = EMPTY

@@ -61,7 +61,7 @@ class Collapsing:
                       np.zeros(edges, np.int8), np.zeros(len(mesh.V), bool))
         border = (half.opposite == np.arange(len(half.opposite))).any()
         counts = np.array([len(mesh.F), 0, 0, 0, 0, variant, border], np.int64)
-        return Collapsing(half, quadrics, queue, Corners.of(half, base_faces), tests, counts, History.empty(len(mesh.F)))
+        return Collapsing(half, quadrics, queue, Corners.of(half, base_faces), tests, counts, History.empty())
 
     @property
     def faces(self) -> int:

@@ -83,15 +83,13 @@ def decimate_regions(work: Collapsing, base_faces: int, dear: float, progress: P
     _assign(half, label, queue.place, region, edges, faces, np.ones(len(label), bool))
     order = order_of(region + 1)[len(region) - edges.sum():].astype(np.int32)
     ends = np.cumsum(edges)
-    touched = np.full(len(half.corner) // 3, -1, np.int32), np.full(len(half.corner) // 3, -1, np.int32)
-    unused = History.empty(0)._replace(head=touched[0], tail=touched[1])
     first_tests = Tests(*(column[:1] for column in work.tests))
 
     def task(k: int) -> Collapsing:
         seed = int(counts[5]) + 2 * k if counts[5] else 0
         own = np.array([faces[k], 0, 0, 0, 0, seed, 0], np.int64)
         heap, key = np.empty(edges[k], np.int32), np.empty(edges[k])
-        region = replace(work, queue=queue._replace(heap=heap, key=key), tests=first_tests, counts=own, history=unused)
+        region = replace(work, queue=queue._replace(heap=heap, key=key), tests=first_tests, counts=own, history=History.empty())
         region.offer(order[ends[k] - edges[k]:ends[k]])
         while region.run(Scratch.make(), left, len(order), len(order), dear) == MORE:
             pass

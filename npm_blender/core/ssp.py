@@ -8,7 +8,7 @@ import numpy as np
 
 from .decimate import Decimation
 from .halfedge import MAX_RING
-from .history import AT, COLLAPSE, FACE, FIRST, NEXT, RING, S1, S2, SIDES
+from .history import AT, FIRST, RING, S1, S2, SIDES
 from .jit import compiled
 
 _SNAP = 1e-10  # barycentric coordinates below this are zero
@@ -79,7 +79,7 @@ def _along_border(hist, first, patch, p, to_before, b):
             gap2 = gap.real * gap.real + gap.imag * gap.imag
             if gap2 < nearest:
                 nearest, at, corner, share = gap2, q, s, x
-    k = (hist.entries[first + at, FACE] & 3) + corner
+    k = (hist.faces[first + at] & 3) + corner
     b[k % 3], b[(k + 1) % 3], b[(k + 2) % 3] = 0.0, 1.0 - share, share
     return first + at
 
@@ -129,7 +129,7 @@ def _nearest(hist, patch, p, before):
 def _step(hist, first, patch, number, b, to_before):
     """Move barycentrics b (3,) of the face of entry number `number` of a patch, whose entries begin at `first`, to the other
     side of the collapse; returns the new face's entry."""
-    k0 = np.int64(hist.entries[first + number, FACE] & 3)
+    k0 = np.int64(hist.faces[first + number] & 3)
     k1 = k0 + 1 if k0 < 2 else 0
     k2 = k1 + 1 if k1 < 2 else 0
     a0, a1, a2 = _triangle(patch, number, not to_before)
@@ -147,7 +147,7 @@ def _step(hist, first, patch, number, b, to_before):
         at, x, y, z = _nearest(hist, patch, p, to_before)
     total = x + y + z
     entry = first + at
-    k0 = np.int64(hist.entries[entry, FACE] & 3)
+    k0 = np.int64(hist.faces[entry] & 3)
     k1 = k0 + 1 if k0 < 2 else 0
     b[k0], b[k1], b[k1 + 1 if k1 < 2 else 0] = x / total, y / total, z / total
     for s in range(3):
@@ -158,54 +158,61 @@ def _step(hist, first, patch, number, b, to_before):
     return entry
 
 
-@compiled
-def _descend(hist, face, b, first, link, waiting):
-    """Undo all collapses, last one first, each for all points on its faces at once. first (m,) gets the first point of each
-    input face, or -1; link (k,) the next one of the same face; waiting: work space."""
-    for p in range(len(face)):
-        link[p] = first[face[p]]
-        first[face[p]] = p
-    for c in range(len(hist.collapses) - 2, -1, -1):
-        entry, sides = hist.collapses[c, FIRST], hist.collapses[c, SIDES]
-        some = False
-        for q in range(sides):
-            f = hist.entries[entry + q, FACE] >> 2
-            waiting[q] = first[f]
-            some |= first[f] >= 0
-        if not some:
-            continue
-        for q in range(sides):
-            first[hist.entries[entry + q, FACE] >> 2] = -1
-        patch = _patch(hist, c)
-        for q in range(sides):
-            p = waiting[q]
-            while p >= 0:
-                f = hist.entries[_step(hist, entry, patch, q, b[p], True), FACE] >> 2
-                p_next = link[p]
-                link[p] = first[f]
-                first[f] = p
-                face[p] = f
-                p = p_next
+@compiled(inline="always")
+def _move(hist, c, to_before, face, b, on, link, waiting):
+    """Undo (to_before) or repeat collapse c for all points on its faces at once; see `_follow`."""
+    first = hist.collapses[c, FIRST]
+    count = hist.collapses[c, SIDES] if to_before else hist.collapses[c + 1, FIRST] - first
+    some = False
+    for q in range(count):
+        p = on[hist.faces[first + q] >> 2]
+        waiting[q] = p
+        some |= p >= 0
+    if not some:
+        return
+    for q in range(count):
+        on[hist.faces[first + q] >> 2] = -1
+    patch = _patch(hist, c)
+    for q in range(count):
+        p = waiting[q]
+        while p >= 0:
+            f = hist.faces[_step(hist, first, patch, q, b[p], to_before)] >> 2
+            p_next = link[p]
+            link[p] = on[f]
+            on[f] = p
+            face[p] = f
+            p = p_next
 
 
 @compiled
-def _ascend(hist, face, b):
+def _follow(hist, to_before, face, b, on, link, waiting):
+    """Move points, face (k,) and barycentrics b (k, 3), through all collapses: undone, last one first, or repeated.
+
+    on (m,), of -1, gets the first point on each input face, link (k,) the next one on the same face; waiting: work space.
+    """
     for p in range(len(face)):
-        e = hist.tail[face[p]]
-        while e >= 0:
-            c = hist.entries[e, COLLAPSE]
-            first = hist.collapses[c, FIRST]
-            e = _step(hist, first, _patch(hist, c), e - first, b[p], False)
-            face[p] = hist.entries[e, FACE] >> 2
-            e = hist.entries[e, NEXT]
+        link[p] = on[face[p]]
+        on[face[p]] = p
+    count = len(hist.collapses) - 1
+    if to_before:
+        for c in range(count - 1, -1, -1):
+            _move(hist, c, True, face, b, on, link, waiting)
+    else:
+        for c in range(count):
+            _move(hist, c, False, face, b, on, link, waiting)
+
+
+def _followed(decimation: Decimation, to_before: bool, face: np.ndarray, b: np.ndarray) -> None:
+    """`_follow` with its work space; changes face (k,) int32 and b (k, 3)."""
+    _follow(decimation.history, to_before, face, b, np.full(len(decimation.mesh.F), -1, np.int32),
+            np.empty(len(face), np.int32), np.empty(MAX_RING + 8, np.int32))
 
 
 def to_fine(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points of the base, face (k,) and barycentric (k, 3) in 0..1, as points of the input mesh's faces."""
     at = decimation.faces[np.asarray(face)]
     b = np.array(barycentric, dtype=np.float64, order="C")
-    _descend(decimation.history, at, b, np.full(len(decimation.mesh.F), -1, np.int32), np.empty(len(at), np.int32),
-             np.empty(MAX_RING + 8, np.int32))
+    _followed(decimation, True, at, b)
     return at, b
 
 
@@ -213,5 +220,5 @@ def to_coarse(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray)
     """Points of the input mesh, face (k,) and barycentric (k, 3), as points of the base: the inverse of to_fine."""
     at = np.array(face, dtype=np.int32)
     b = np.array(barycentric, dtype=np.float64, order="C")
-    _ascend(decimation.history, at, b)
+    _followed(decimation, False, at, b)
     return np.searchsorted(decimation.faces, at).astype(np.int32), b

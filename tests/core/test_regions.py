@@ -9,7 +9,7 @@ from npm_blender.core import regions
 from npm_blender.core.collapsing import Collapsing
 from npm_blender.core.decimate import decimate
 from npm_blender.core.errors import Cancelled
-from npm_blender.core.history import COLLAPSE, FACE, NEXT
+from npm_blender.core.history import FIRST, SIDES
 from npm_blender.core.mesh import Frame, TriMesh
 from npm_blender.core.metrics import Original
 from npm_blender.core.settings import AUTO
@@ -114,18 +114,15 @@ def test_the_automatic_base_is_about_the_same(whole, monkeypatch):
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-def test_the_entries_of_a_face_are_linked_in_the_order_of_their_collapses(shape):
-    history = decimate(SHAPES[shape](), 20).history
-    entries, numbers = history.entries, np.arange(len(history.entries))
-    faces, linked = entries[:, FACE] >> 2, np.flatnonzero(entries[:, NEXT] >= 0)
-    later = entries[linked, NEXT]
-    assert len(np.unique(later)) == len(later)
-    assert np.array_equal(faces[later], faces[linked])
-    assert (entries[later, COLLAPSE] > entries[linked, COLLAPSE]).all()
-    for end, unlinked in ((history.tail, np.setdiff1d(numbers, later)), (history.head, np.setdiff1d(numbers, linked))):
-        touched = np.flatnonzero(end >= 0)
-        assert np.array_equal(np.sort(end[touched]), unlinked)
-        assert np.array_equal(faces[end[touched]], touched)
+def test_each_face_but_those_of_the_base_vanishes_once_and_is_not_touched_again(shape):
+    out = decimate(SHAPES[shape](), 20)
+    c, faces = out.history.collapses, out.history.faces >> 2
+    at = np.arange(len(faces)) - np.repeat(c[:-1, FIRST], np.diff(c[:, FIRST]))
+    vanishes = at >= np.repeat(c[:-1, SIDES], np.diff(c[:, FIRST]))
+    assert np.array_equal(np.sort(faces[vanishes]), np.setdiff1d(np.arange(len(out.mesh.F)), out.faces))
+    last = np.zeros(len(out.mesh.F), int)
+    last[faces] = np.arange(len(faces))  # of several places the last one counts
+    assert np.array_equal(np.sort(last[faces[vanishes]]), np.flatnonzero(vanishes))
 
 
 def test_the_vertices_of_a_border_stay_while_regions_are_decimated(monkeypatch):
