@@ -216,8 +216,8 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
 
     Also DONE from `enough` faces on when the cheapest edge has a price above `dear`.
 
-    counts: faces, queue size, collapses, faces and positions of the history, random state (0: cheapest first), whether the mesh has a
-    border (the last single face is then left to a collapse on the border).
+    counts: faces, queue size, collapses, faces and positions of the history, random state (0: cheapest first), whether the
+    mesh has a border (the last single face is then left to a collapse on the border).
     """
     size = counts[1]
     spare = MAX_RING + 8

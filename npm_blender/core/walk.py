@@ -8,6 +8,7 @@ from .parallel import each
 
 SLICE = 26_000  # points that one thread shows at a time
 _STEPS = 200  # faces that one walk may cross
+_FLAT = 1e-12  # squared sine of an angle below which a triangle has no area
 _CANCELLED = 1e-9  # length below which the sum of normals is none
 
 
@@ -30,20 +31,23 @@ class Points(NamedTuple):
     N: np.ndarray
 
 
-@compiled
-def _unfolded(V, a, b, c, w, x, y, z):
-    """The vector (x, y, z) in the plane of the triangle a, b, c, turned about the edge a -> b into that of a, b, w on its other
-    side."""
+@compiled(inline="always")
+def _across(V, a, b, c, w, db, dc):
+    """A step in the triangle a, b, c, by the changes db and dc of its barycentrics, turned about the edge a -> b into the
+    triangle a, b, w on its other side: changes of the barycentrics of b and w there; not finite where w is on that edge."""
     ex, ey, ez = V[b, 0] - V[a, 0], V[b, 1] - V[a, 1], V[b, 2] - V[a, 2]
-    r = 1.0 / (ex * ex + ey * ey + ez * ez + 1e-300)
     ux, uy, uz = V[c, 0] - V[a, 0], V[c, 1] - V[a, 1], V[c, 2] - V[a, 2]
     vx, vy, vz = V[w, 0] - V[a, 0], V[w, 1] - V[a, 1], V[w, 2] - V[a, 2]
+    r = 1.0 / (ex * ex + ey * ey + ez * ez)
     s, t = r * (ux * ex + uy * ey + uz * ez), r * (vx * ex + vy * ey + vz * ez)
+    size = vx * vx + vy * vy + vz * vz
     ux, uy, uz = ux - s * ex, uy - s * ey, uz - s * ez  # heights over the edge, in both planes
     vx, vy, vz = vx - t * ex, vy - t * ey, vz - t * ez
-    along = r * (x * ex + y * ey + z * ez)
-    across = -(x * ux + y * uy + z * uz) / (np.sqrt((ux * ux + uy * uy + uz * uz) * (vx * vx + vy * vy + vz * vz)) + 1e-300)
-    return along * ex + across * vx, along * ey + across * vy, along * ez + across * vz
+    height = vx * vx + vy * vy + vz * vz
+    if not height > _FLAT * size:
+        return np.inf, np.inf
+    dw = -dc * np.sqrt((ux * ux + uy * uy + uz * uz) / height)
+    return db + dc * s - dw * t, dw
 
 
 @compiled
@@ -53,41 +57,49 @@ def walk(surface, f, b, x, y, z):
     Returns the new face. Stops at the border, at a face without area, and after _STEPS faces.
     """
     V, F = surface.V, surface.F
+    i, j, k = F[f, 0], F[f, 1], F[f, 2]
+    ex, ey, ez = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
+    gx, gy, gz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
+    ee, eg, gg = ex * ex + ey * ey + ez * ez, ex * gx + ey * gy + ez * gz, gx * gx + gy * gy + gz * gz
+    det = ee * gg - eg * eg
+    if not det > _FLAT * ee * gg:
+        return f
+    de, dg = x * ex + y * ey + z * ez, x * gx + y * gy + z * gz
+    r = 1.0 / det
+    d1, d2 = r * (gg * de - eg * dg), r * (ee * dg - eg * de)  # changes of the barycentrics
+    d0 = -d1 - d2
+    first, b0, b1, b2 = 0, b[0], b[1], b[2]  # the corner of the face to which b0 and d0 belong; b1 and d1: to the next
     for _ in range(_STEPS):
-        i, j, k = F[f, 0], F[f, 1], F[f, 2]
-        ex, ey, ez = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
-        gx, gy, gz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
-        ee, eg, gg = ex * ex + ey * ey + ez * ez, ex * gx + ey * gy + ez * gz, gx * gx + gy * gy + gz * gz
-        det = ee * gg - eg * eg
-        if not det > 1e-12 * ee * gg:
-            return f
-        de, dg = x * ex + y * ey + z * ez, x * gx + y * gy + z * gz
-        r = 1.0 / det
-        s, t = r * (gg * de - eg * dg), r * (ee * dg - eg * de)
-        x, y, z = s * ex + t * gx, s * ey + t * gy, s * ez + t * gz
         reach, side = 1.0, -1
-        for c in range(3):
-            step = -s - t if c == 0 else (s if c == 1 else t)
-            if step < 0.0 and b[c] + step < 0.0 and -b[c] / step <= reach:
-                reach, side = max(-b[c] / step, 0.0), c
-        b[0], b[1], b[2] = max(b[0] - reach * (s + t), 0.0), max(b[1] + reach * s, 0.0), max(b[2] + reach * t, 0.0)
-        if side >= 0:
-            b[side] = 0.0
-        r = 1.0 / (b[0] + b[1] + b[2])
-        b[0], b[1], b[2] = r * b[0], r * b[1], r * b[2]
+        if d0 < 0.0 and b0 + d0 < 0.0:
+            reach, side = -b0 / d0, 0
+        if d1 < 0.0 and b1 + d1 < 0.0 and -b1 / d1 <= reach:
+            reach, side = -b1 / d1, 1
+        if d2 < 0.0 and b2 + d2 < 0.0 and -b2 / d2 <= reach:
+            reach, side = -b2 / d2, 2
+        b0, b1, b2 = max(b0 + reach * d0, 0.0), max(b1 + reach * d1, 0.0), max(b2 + reach * d2, 0.0)
         if side < 0:
-            return f
-        near, far = (side + 1) % 3, (side + 2) % 3
+            break
+        if side == 0:  # out over the side from the next corner, `near`, to the one before, `far`
+            b0, near, b_near, b_far, d_far, d_behind = 0.0, first + 1, b1, b2, d2, d0
+        elif side == 1:
+            b1, near, b_near, b_far, d_far, d_behind = 0.0, first + 2, b2, b0, d0, d1
+        else:
+            b2, near, b_near, b_far, d_far, d_behind = 0.0, first, b0, b1, d1, d2
+        near %= 3
         h = 3 * f + near
         o = surface.opposite[h]
         if o == h:
-            return f
-        g, at = o // 3, o % 3
+            break
         left = 1.0 - reach
-        x, y, z = _unfolded(V, F[f, near], F[f, far], F[f, side], F[g, (at + 2) % 3], left * x, left * y, left * z)
-        c0, c1 = b[near], b[far]
-        b[at], b[(at + 1) % 3], b[(at + 2) % 3] = c1, c0, 0.0
-        f = g
+        d_far, d_new = _across(V, F[f, near], F[f, (near + 1) % 3], F[f, (near + 2) % 3], F[o // 3, (o + 2) % 3],
+                               left * d_far, left * d_behind)
+        f, first = o // 3, o % 3
+        b0, b1, b2, d0, d1, d2 = b_far, b_near, 0.0, d_far, -d_far - d_new, d_new
+        if not abs(d_far) < np.inf:
+            break
+    r = 1.0 / (b0 + b1 + b2)
+    b[first], b[(first + 1) % 3], b[(first + 2) % 3] = r * b0, r * b1, r * b2
     return f
 
 

@@ -63,6 +63,17 @@ def test_a_walk_round_a_tube_keeps_its_length_and_comes_back():
     assert np.linalg.norm(point(mesh, g, b) - start) < 0.1 * edge
 
 
+@pytest.mark.parametrize("apex", [[0.5, 0.0, 0.0], [0.0, 0.0, 0.0]], ids=["no area", "an edge without length"])
+def test_a_walk_stops_at_a_face_without_area(apex):
+    V = np.array([[0, 0, 0], [1, 0, 0], [0.5, 1, 0], apex, [0.5, -1, 0]], float)
+    mesh = TriMesh(V, np.array([[0, 1, 2], [1, 0, 3], [0, 4, 3], [4, 1, 3]], np.int32))
+    b = np.full(3, 1 / 3)
+    assert walk(surface_of(mesh), 0, b, 0.0, -1.0, 0.0) == 1
+    assert point(mesh, 1, b) == pytest.approx([0.5, 0, 0]) and b.min() >= 0 and b.sum() == pytest.approx(1)
+    before = b.copy()
+    assert walk(surface_of(mesh), 1, b, 0.1, 0.0, 0.0) == 1 and np.array_equal(b, before)
+
+
 def test_folded_samples_are_unfolded_and_the_rest_stays():
     mesh = sphere(5)
     plain = levels(decimate(mesh, 100), 2)
