@@ -34,9 +34,10 @@ def njit(function: Callable) -> Callable:
 def compiled(function: Callable | None = None, *, inline: str = "never", allocates: bool = False) -> Callable:
     """`function` compiled by numba, without the interpreter's lock. Raises ModuleNotFoundError where numba is missing.
 
-    inline: "always" makes it a part of its callers. allocates: whether the function makes an array or returns one; all
-    others are compiled without counting references to arrays (`_nrt`), which took half of the time of a decimation: numba
-    counts with locked instructions, several for each call that gets a named tuple of arrays.
+    A division by zero gives infinity or NaN, as in NumPy. inline: "always" makes the function a part of its callers.
+    allocates: whether it makes an array or returns one; all others are compiled without counting references to arrays
+    (`_nrt`), which took half of the time of a decimation: numba counts with locked instructions, several for each call that
+    gets a named tuple of arrays.
     """
     if numba is None:
         raise ModuleNotFoundError("No module named 'numba'", name="numba")

@@ -41,11 +41,15 @@ def each(task: Callable[[T], R], pieces: Iterable[T], progress: Progress = no_pr
                 deque(todo, 0)  # no other piece begins
 
     helpers = [Thread(target=work, args=(no_progress,)) for _ in range(min(threads(), len(pieces)) - 1)]
-    for helper in helpers:
-        helper.start()
-    work(progress)
-    for helper in helpers:
-        helper.join()
+    try:
+        for helper in helpers:
+            helper.start()
+        work(progress)
+    finally:
+        deque(todo, 0)
+        for helper in helpers:
+            if helper.ident is not None:  # it did start
+                helper.join()
     if failures:
         raise failures[min(failures)]
     return [results[k] for k in range(len(pieces))]

@@ -14,7 +14,6 @@ from .rings import Rings
 from .shake import shake_all
 from .walk import Points, Surface
 
-SHARED = 4  # tries from which on they are worth more than one thread
 MOST = 4  # threads
 NONE = np.iinfo(np.int64).max
 
@@ -59,10 +58,8 @@ class Shakers:
     def __exit__(self, *_: object) -> None:
         self._pool.shutdown()
 
-    def _ready(self, trials: int) -> int:
-        """Number of threads for so many trials, each with its copy of the points as they are now."""
-        if trials < SHARED or self._count == 1:
-            return 1
+    def _ready(self) -> None:
+        """Give each thread its copy of the points as they are now."""
         points, patch = self._points[0], self._patches[0]
         while len(self._points) < self._count:
             self._points.append(Points(*(array.copy() for array in points)))
@@ -72,12 +69,12 @@ class Shakers:
             for copy in self._points[1:]:
                 _follow(points, patch.moved, self._since, copy)
             self._since = patch.state[3]
-        return self._count
 
     def shake(self, faces: np.ndarray, trials: int, covered: float) -> int:
         """Shake those of the faces (k,) int64, in rising order, that are turned, up to the first that gets better: its place
         among them, or -1. See `shake.shake_all`."""
-        workers, patch = self._ready(trials), self._patches[0]
+        self._ready()
+        workers, patch = self._count, self._patches[0]
         won, costs = np.array([NONE]), np.zeros((workers, len(faces), self._room), np.int64)
         failed = np.zeros((workers, len(faces), SMOOTHED), bool)
 
