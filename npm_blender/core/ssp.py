@@ -4,6 +4,8 @@ A point is a face and barycentric coordinates. From coarse to fine, the collapse
 undone, last one first; from fine to coarse they are repeated in order. Each step finds the point's place in the plane
 and the face of the other side that holds it. Points of the border stay on it exactly.
 """
+from collections.abc import Callable
+
 import numpy as np
 
 from .decimate import Decimation
@@ -160,7 +162,7 @@ def _step(hist, first, patch, number, b, to_before):
 
 @compiled(inline="always")
 def _move(hist, c, to_before, face, b, on, link, waiting):
-    """Undo (to_before) or repeat collapse c for all points on its faces at once; see `_follow`."""
+    """Undo (to_before) or repeat collapse c for all points on its faces at once; see `_undo_all`."""
     first = hist.collapses[c, FIRST]
     count = hist.collapses[c, SIDES] if to_before else hist.collapses[c + 1, FIRST] - first
     some = False
@@ -185,34 +187,42 @@ def _move(hist, c, to_before, face, b, on, link, waiting):
 
 
 @compiled
-def _follow(hist, to_before, face, b, on, link, waiting):
-    """Move points, face (k,) and barycentrics b (k, 3), through all collapses: undone, last one first, or repeated.
+def _undo_all(hist, face, b, on, link, waiting):
+    """Move points, face (k,) and barycentrics b (k, 3), through all collapses, last one first.
 
-    on (m,), of -1, gets the first point on each input face, link (k,) the next one on the same face; waiting: work space.
+    on (m,): the first point on each input face, or -1; link (k,): the next one on the same face; waiting: work space.
     """
+    for c in range(len(hist.collapses) - 2, -1, -1):
+        _move(hist, c, True, face, b, on, link, waiting)
+
+
+@compiled
+def _repeat_all(hist, face, b, on, link, waiting):
+    """The inverse of `_undo_all`."""
+    for c in range(len(hist.collapses) - 1):
+        _move(hist, c, False, face, b, on, link, waiting)
+
+
+@compiled
+def _gather(face, on, link):
+    """Fill on and link, as `_undo_all` wants them, for points on these faces."""
     for p in range(len(face)):
         link[p] = on[face[p]]
         on[face[p]] = p
-    count = len(hist.collapses) - 1
-    if to_before:
-        for c in range(count - 1, -1, -1):
-            _move(hist, c, True, face, b, on, link, waiting)
-    else:
-        for c in range(count):
-            _move(hist, c, False, face, b, on, link, waiting)
 
 
-def _followed(decimation: Decimation, to_before: bool, face: np.ndarray, b: np.ndarray) -> None:
-    """`_follow` with its work space; changes face (k,) int32 and b (k, 3)."""
-    _follow(decimation.history, to_before, face, b, np.full(len(decimation.mesh.F), -1, np.int32),
-            np.empty(len(face), np.int32), np.empty(MAX_RING + 8, np.int32))
+def _through(way: Callable, decimation: Decimation, face: np.ndarray, b: np.ndarray) -> None:
+    """Move points by `_undo_all` or `_repeat_all`; changes face (k,) int32 and b (k, 3)."""
+    on, link = np.full(len(decimation.mesh.F), -1, np.int32), np.empty(len(face), np.int32)
+    _gather(face, on, link)
+    way(decimation.history, face, b, on, link, np.empty(MAX_RING + 8, np.int32))
 
 
 def to_fine(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points of the base, face (k,) and barycentric (k, 3) in 0..1, as points of the input mesh's faces."""
     at = decimation.faces[np.asarray(face)]
     b = np.array(barycentric, dtype=np.float64, order="C")
-    _followed(decimation, True, at, b)
+    _through(_undo_all, decimation, at, b)
     return at, b
 
 
@@ -220,5 +230,5 @@ def to_coarse(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray)
     """Points of the input mesh, face (k,) and barycentric (k, 3), as points of the base: the inverse of to_fine."""
     at = np.array(face, dtype=np.int32)
     b = np.array(barycentric, dtype=np.float64, order="C")
-    _followed(decimation, False, at, b)
+    _through(_repeat_all, decimation, at, b)
     return np.searchsorted(decimation.faces, at).astype(np.int32), b
