@@ -204,7 +204,7 @@ def _repeat_all(hist, face, b, on, link, waiting):
 
 
 @compiled
-def _gather(face, on, link):
+def _list_by_face(face, on, link):
     """Fill on and link, as `_undo_all` wants them, for points on these faces."""
     for p in range(len(face)):
         link[p] = on[face[p]]
@@ -214,7 +214,7 @@ def _gather(face, on, link):
 def _through(way: Callable, decimation: Decimation, face: np.ndarray, b: np.ndarray) -> None:
     """Move points by `_undo_all` or `_repeat_all`; changes face (k,) int32 and b (k, 3)."""
     on, link = np.full(len(decimation.mesh.F), -1, np.int32), np.empty(len(face), np.int32)
-    _gather(face, on, link)
+    _list_by_face(face, on, link)
     way(decimation.history, face, b, on, link, np.empty(MAX_RING + 8, np.int32))
 
 

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from npm_blender.core import relax as module
 from npm_blender.core.decimate import decimate
 from npm_blender.core.errors import Cancelled
 from npm_blender.core.lod import levels
@@ -72,6 +73,21 @@ def test_a_walk_stops_at_a_face_without_area(apex):
     assert point(mesh, 1, b) == pytest.approx([0.5, 0, 0]) and b.min() >= 0 and b.sum() == pytest.approx(1)
     before = b.copy()
     assert walk(surface_of(mesh), 1, b, 0.1, 0.0, 0.0) == 1 and np.array_equal(b, before)
+
+
+def test_turned_faces_are_found_where_something_moved(monkeypatch):
+    plain, counts = module._still_turned, []
+
+    def checked(rings, points, before, since, patch, out):
+        count = plain(rings, points, before, since, patch, out)
+        every = np.empty(len(rings.F), np.int64)
+        assert np.array_equal(np.sort(out[:count]), every[:module._turned(rings, points, every)])
+        counts.append(count)
+        return count
+
+    monkeypatch.setattr(module, "_still_turned", checked)
+    levels(decimate(plate(), 100), 3)
+    assert len(counts) > 2 and counts[-1] < counts[0]
 
 
 def test_folded_samples_are_unfolded_and_the_rest_stays():
