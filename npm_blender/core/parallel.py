@@ -5,6 +5,7 @@ What the pieces are never depends on the number of threads, so neither does the 
 import os
 from collections import deque
 from collections.abc import Callable, Iterable
+from itertools import islice
 from threading import Thread
 from typing import TypeVar
 
@@ -12,6 +13,7 @@ from .progress import Progress, no_progress
 
 T, R = TypeVar("T"), TypeVar("R")
 MOST = 8  # threads: beyond that the memory is busy
+_known: set[object] = set()  # code that has run in this process
 
 
 def threads() -> int:
@@ -21,18 +23,31 @@ def threads() -> int:
     return min(int(asked) if asked.isdecimal() and int(asked) else cores, MOST)
 
 
+def first_time(function: Callable) -> bool:
+    """Whether this is called with a function's code for the first time in this process.
+
+    Such code should run once before it runs on several threads: numba notes the types that it is called with, and some
+    builds of it (Debian's) end the process when two threads show it the same new type at the same time.
+    """
+    code = getattr(function, "__code__", function)
+    new = code not in _known
+    _known.add(code)
+    return new
+
+
 def each(task: Callable[[T], R], pieces: Iterable[T], progress: Progress = no_progress, message: str = "") -> list[R]:
     """task(piece) of all pieces, in their order. The calling thread does its share, and calls `progress` in between.
 
-    Raises what the first failing piece or `progress` does, when no other is running any more.
+    The first piece of a new task (see `first_time`) runs alone. Raises what the first failing piece or `progress` does, when
+    no other is running any more.
     """
     pieces = list(pieces)
     results: dict[int, R] = {}
     failures: dict[int, BaseException] = {}
     todo = iter(range(len(pieces)))  # each number is taken once
 
-    def work(progress: Progress) -> None:
-        for k in todo:
+    def work(progress: Progress, most: int | None = None) -> None:
+        for k in islice(todo, most):
             try:
                 progress(len(results) / len(pieces), message)
                 results[k] = task(pieces[k])
@@ -42,6 +57,8 @@ def each(task: Callable[[T], R], pieces: Iterable[T], progress: Progress = no_pr
 
     helpers = [Thread(target=work, args=(no_progress,)) for _ in range(min(threads(), len(pieces)) - 1)]
     try:
+        if first_time(task):
+            work(progress, 1)
         for helper in helpers:
             helper.start()
         work(progress)

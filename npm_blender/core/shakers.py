@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from .jit import compiled
-from .parallel import threads
+from .parallel import first_time, threads
 from .patch import SMOOTHED, Patch, restore, settled
 from .rings import Rings
 from .shake import shake_all
@@ -74,7 +74,7 @@ class Shakers:
         """Shake those of the faces (k,) int64, in rising order, that are turned, up to the first that gets better: its place
         among them, or -1. See `shake.shake_all`."""
         self._ready()
-        workers, patch = self._count, self._patches[0]
+        workers, patch = 1 if first_time(shake_all.py_func) else self._count, self._patches[0]
         won, costs = np.array([NONE]), np.zeros((workers, len(faces), self._room), np.int64)
         failed = np.zeros((workers, len(faces), SMOOTHED), bool)
 
@@ -100,7 +100,7 @@ class Shakers:
             if other >= 0 and own != winner:
                 restore(self._points[own], self._patches[own], count)
         count = found[winner][1]
-        for own in range(workers):
+        for own in range(self._count):
             if own != winner:
                 _take(self._points[winner], self._patches[winner], count, self._points[own])
         patch.vertices[:count] = self._patches[winner].vertices[:count]

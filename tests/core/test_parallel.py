@@ -4,7 +4,7 @@ import time
 import pytest
 
 from npm_blender.core.errors import Cancelled
-from npm_blender.core.parallel import MOST, each, threads, together
+from npm_blender.core.parallel import MOST, each, first_time, threads, together
 
 
 @pytest.mark.parametrize("count", ["1", "2", "5"])
@@ -20,7 +20,26 @@ def test_no_pieces_no_results():
 def test_pieces_run_side_by_side(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
     meeting = threading.Barrier(2, timeout=10)
-    assert sorted(each(lambda _: meeting.wait(), range(2))) == [0, 1]
+
+    def task(_):
+        return meeting.wait()
+
+    first_time(task)
+    assert sorted(each(task, range(2))) == [0, 1]
+
+
+def test_the_first_piece_of_new_code_runs_alone(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    running, seen = [], []
+
+    def task(k):
+        running.append(k)
+        time.sleep(0.01)
+        seen.append(len(running))
+        running.remove(k)
+
+    each(task, range(6))
+    assert seen[0] == 1 and max(seen) > 1
 
 
 def test_the_first_failure_is_raised_and_nothing_runs_on():
@@ -53,6 +72,7 @@ def test_of_two_failures_the_one_of_the_first_piece_is_raised(count, monkeypatch
 def test_steps_run_together(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
     meeting = threading.Barrier(2, timeout=10)
+    together(int)  # whose own code is known then
     assert together(lambda: (meeting.wait(), "one")[1], lambda: (meeting.wait(), "two")[1]) == ["one", "two"]
 
 
