@@ -12,8 +12,8 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from npm_blender.core import weights
-from npm_blender.core.metrics import Metrics
+from npm_blender.core.evaluation.metrics import Metrics
+from npm_blender.core.network import weights
 from npm_blender.core.settings import CompressSettings
 
 from . import jobs, methods, options

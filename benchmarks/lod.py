@@ -16,14 +16,14 @@ from pathlib import Path
 
 import numpy as np
 
-from npm_blender.core.clean import clean
-from npm_blender.core.decimate import decimate
-from npm_blender.core.lod import levels
-from npm_blender.core.mesh import Frame, TriMesh
-from npm_blender.core.metrics import Original
-from npm_blender.core.normals import vertex_normals
-from npm_blender.core.subdivide import hierarchy
-from npm_blender.core.topology import opposite_halfedges, topology_of, vertex_fans
+from npm_blender.core.cleaning.cleanup import clean
+from npm_blender.core.decimation.qem import decimate
+from npm_blender.core.evaluation.metrics import Original
+from npm_blender.core.geometry.normals import vertex_normals
+from npm_blender.core.levels.lod_sequence import levels
+from npm_blender.core.mesh.subdivision import hierarchy
+from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
+from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
 
 from . import jobs
 from .corpus import Entry, entries

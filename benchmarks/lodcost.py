@@ -15,11 +15,11 @@ from pathlib import Path
 import igl
 import numpy as np
 
-from npm_blender.core.clean import clean
-from npm_blender.core.decimate import decimate
-from npm_blender.core.locality import in_morton_order
-from npm_blender.core.lod import levels
-from npm_blender.core.mesh import Frame, TriMesh
+from npm_blender.core.cleaning.cleanup import clean
+from npm_blender.core.decimation.qem import decimate
+from npm_blender.core.geometry.spatial_order import in_morton_order
+from npm_blender.core.levels.lod_sequence import levels
+from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
 from npm_blender.core.parallel import threads
 from tests.shapes import bumpy, torus
 

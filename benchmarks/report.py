@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from npm_blender.core import weights
 from npm_blender.core.files import write_file
+from npm_blender.core.network import weights
 
 from . import compare, jobs, losses, methods, options, plots, speed, tables
 from .corpus import Entry

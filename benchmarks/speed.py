@@ -117,7 +117,7 @@ def _all(repeats: int, depth: int, slow: bool, groups: list[str]) -> dict:
     """The figures of `measure`, in this process but for the memory."""
     import torch
 
-    from npm_blender.core.mesh import Frame, TriMesh
+    from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
     from tests.shapes import bumpy
 
     torch.set_num_threads(1)
@@ -151,7 +151,7 @@ def _all(repeats: int, depth: int, slow: bool, groups: list[str]) -> dict:
 
 def _stages(mesh) -> dict[str, float]:
     """Processor seconds of our encoder by stage, not refined: the processor's share of what each stage waited."""
-    from npm_blender.core.codec import compress
+    from npm_blender.core.codec.compression import compress
     from npm_blender.core.settings import CompressSettings
 
     begun = time.process_time()
@@ -175,16 +175,16 @@ def _forward(data: bytes, repeats: int) -> dict[str, dict[str, float]]:
     """Seconds of the network's forward passes, NumPy and torch."""
     import torch
 
-    from npm_blender.core import weights
-    from npm_blender.core.backend import NUMPY
-    from npm_blender.core.decoder import decode
-    from npm_blender.core.encoder import encode
-    from npm_blender.core.network import map_tree
-    from npm_blender.core.operators import MeshIndex
-    from npm_blender.core.progressive import ProgressiveMesh
-    from npm_blender.core.stream import read_stream
-    from npm_blender.core.subdivide import hierarchy
-    from npm_blender.core.torch_backend import TorchBackend
+    from npm_blender.core.bitstream.container import read_stream
+    from npm_blender.core.codec.progressive_mesh import ProgressiveMesh
+    from npm_blender.core.mesh.subdivision import hierarchy
+    from npm_blender.core.network import weights
+    from npm_blender.core.network.decoder import decode
+    from npm_blender.core.network.encoder import encode
+    from npm_blender.core.network.layers import MeshIndex
+    from npm_blender.core.network.numpy_backend import NUMPY
+    from npm_blender.core.network.parameters import map_tree
+    from npm_blender.core.network.torch_backend import TorchBackend
 
     stream = read_stream(data)
     opened = ProgressiveMesh(stream, len(data))

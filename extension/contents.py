@@ -8,7 +8,7 @@ from .lock import Package, Wheel
 from .staging import MANIFEST
 
 NEVER = {"numpy", "torch", "bpy", "scipy"}  # Blender's own, too large, or of tests only
-NEEDED = ("__init__.py", MANIFEST, "LICENSE", "worker.py", "core/codec.py", "weights/npm1.npz")
+NEEDED = ("__init__.py", MANIFEST, "LICENSE", "worker.py", "core/codec/compression.py", "weights/npm1.npz")
 UNWANTED = re.compile(r"(^|/)(__pycache__|tests?|training|benchmarks|\.[^/]+)/|\.(pyc|nbi|nbc|pt|pth|zip|blend)$|(^|/)\.")
 
 

@@ -9,8 +9,8 @@ from .core.errors import DependencyError
 from .packages import remedy
 
 if TYPE_CHECKING:
-    from .core.progressive import ProgressiveMesh
-    from .core.received import Received
+    from .core.codec.progressive_mesh import ProgressiveMesh
+    from .core.codec.stored_stream import Received
 
 
 @contextmanager
@@ -35,7 +35,7 @@ def receive(data: bytes) -> "Received":
     """
     folder = cache_folder()
     with named_dependencies(), compiled_code_in(folder and os.path.join(folder, COMPILED)):
-        from .core.received import receive
+        from .core.codec.stored_stream import receive
 
         return receive(data)
 

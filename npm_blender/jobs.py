@@ -24,8 +24,8 @@ from .estimate import remaining
 from .worker_settings import WorkerSettings
 
 if TYPE_CHECKING:
-    from .core.mesh import TriMesh
-    from .core.received import Received
+    from .core.codec.stored_stream import Received
+    from .core.mesh.triangle_mesh import TriMesh
 
 PACKAGE_FOLDER = Path(__file__).parent
 POLL_SECONDS = 0.05

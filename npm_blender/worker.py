@@ -29,8 +29,8 @@ from .packages import loaded
 from .worker_settings import compute_settings
 
 if TYPE_CHECKING:
-    from .core.mesh import TriMesh
-    from .core.received import Received
+    from .core.codec.stored_stream import Received
+    from .core.mesh.triangle_mesh import TriMesh
 
 PATHS, CHECK = "paths.json", "check"
 SECONDS_BETWEEN_REPORTS = 0.05
@@ -53,7 +53,7 @@ def write_paths(folder: Path, paths: list[Path]) -> None:
 
 def load_received(folder: Path, k: int) -> "Received":
     """The k-th stream that the worker left in `folder`."""
-    from .core.received import Received
+    from .core.codec.stored_stream import Received
 
     return Received((folder / f"{k}.npmesh").read_bytes(), (folder / f"{k}.npz").read_bytes(),
                     (folder / f"{k}.measured").read_text(encoding="utf-8"))
@@ -86,12 +86,12 @@ def _answer(work: Callable[[], object]) -> int:
 def _compress(folder: Path, k: int) -> dict:
     import numpy as np
 
-    from .core import collapses
-    from .core.codec import compress
+    from .core.codec.compression import compress
+    from .core.codec.stored_stream import receive
+    from .core.decimation import collapse_loop
+    from .core.evaluation.prefix_errors import measure
     from .core.jit import is_cold
-    from .core.mesh import TriMesh
-    from .core.quality import measure
-    from .core.received import receive
+    from .core.mesh.triangle_mesh import TriMesh
 
     try:
         with np.load(folder / f"mesh{k}.npz", allow_pickle=False) as arrays:
@@ -99,7 +99,7 @@ def _compress(folder: Path, k: int) -> dict:
         (folder / f"mesh{k}.npz").unlink()
         fields = json.loads((folder / f"mesh{k}.json").read_text(encoding="utf-8"))
         settings, notes = _possible(CompressSettings(**{**fields, "lod": LodSettings(**fields["lod"])}))
-        compiled = is_cold(collapses.run)
+        compiled = is_cold(collapse_loop.run)
         reporter = _Reporter()
         compressed = compress(mesh, settings, part(reporter, 0.0, 1 - MEASURING), compute_settings())
         received = receive(compressed.data)
@@ -121,8 +121,8 @@ def _possible(settings: CompressSettings) -> tuple[CompressSettings, list[str]]:
 
 def _read(folder: Path) -> list[dict]:
     """Read every file, whatever the others are like; one entry each."""
+    from .core.codec.stored_stream import receive
     from .core.files import read_file
-    from .core.received import receive
 
     paths = [Path(path) for path in json.loads((folder / PATHS).read_text(encoding="utf-8"))]
     outcomes: list[dict] = []

@@ -31,7 +31,7 @@ class WorkerSettings:
         if self.compute.device == "gpu":
             out["PYTORCH_ENABLE_MPS_FALLBACK"] = "1"  # what Apple's GPUs cannot do yet is done by the processor
         if self.cache:
-            from .core.resultcache import FOLDER_VARIABLE  # here: it loads NumPy
+            from .core.cleaning.result_cache import FOLDER_VARIABLE  # here: it loads NumPy
 
             out["NUMBA_CACHE_DIR"] = str(Path(self.cache, COMPILED))
             out[FOLDER_VARIABLE] = self.cache

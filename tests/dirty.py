@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from npm_blender.core.mesh import TriMesh
-from npm_blender.core.meshfile import read_mesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.meshio.mesh_files import read_mesh
 
 from .dirty_meshes import (
     bipyramid,

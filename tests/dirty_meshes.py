@@ -1,9 +1,9 @@
 """Makers of damaged meshes and of what they are made from."""
 import numpy as np
 
-from npm_blender.core.mesh import TriMesh
-from npm_blender.core.subdivide import Level, midpoints
-from npm_blender.core.topology import opposite_halfedges
+from npm_blender.core.mesh.subdivision import Level, midpoints
+from npm_blender.core.mesh.topology import opposite_halfedges
+from npm_blender.core.mesh.triangle_mesh import TriMesh
 
 
 def mesh(V, F):

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from npm_blender.core.clean import CleanReport, clean
+from npm_blender.core.cleaning.cleanup import CleanReport, clean
 from npm_blender.core.errors import NpmError
-from npm_blender.core.lod import LodSequence, build_lod
-from npm_blender.core.mesh import Frame, TriMesh
+from npm_blender.core.levels.lod_sequence import LodSequence, build_lod
+from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
 from npm_blender.core.settings import LodSettings
 
 BASE, LEVELS = 100, 2

@@ -1,8 +1,8 @@
 """Meshes made in code, for tests."""
 import numpy as np
 
-from npm_blender.core.mesh import TriMesh
-from npm_blender.core.subdivide import hierarchy
+from npm_blender.core.mesh.subdivision import hierarchy
+from npm_blender.core.mesh.triangle_mesh import TriMesh
 
 
 def icosphere(levels: int = 2) -> TriMesh:

@@ -29,7 +29,7 @@ def loaded_by(statement: str) -> set[str]:
     return set(done.stdout.rpartition("@@")[2].split())
 
 
-@pytest.mark.parametrize("path", CORE, ids=lambda p: p.name)
+@pytest.mark.parametrize("path", CORE, ids=lambda p: str(p.relative_to(ROOT)))
 def test_core_never_imports_blender_and_torch_only_for_gradients(path):
     names = imported(path)
     assert not names & {"bpy", "bmesh", "mathutils", "gpu"}
@@ -45,7 +45,8 @@ def test_help_loads_nothing_heavy():
 
 
 def test_every_core_module_loads_without_blender_and_torch():
-    modules = [f"npm_blender.core.{p.stem}" for p in CORE if p.stem != "__init__" and p.name not in MAY_USE_TORCH]
+    files = [p.relative_to(ROOT).with_suffix("") for p in CORE if p.stem != "__init__" and p.name not in MAY_USE_TORCH]
+    modules = [".".join(p.parts) for p in files]
     block = "import sys; sys.modules['bpy'] = sys.modules['torch'] = None  # importing them now raises ImportError\n"
     assert set(modules) <= loaded_by(block + "import " + ", ".join(modules))
 

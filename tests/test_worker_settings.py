@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from npm_blender.core import resultcache
+from npm_blender.core.cleaning import result_cache
 from npm_blender.core.errors import SettingsError
 from npm_blender.core.settings import ComputeSettings
 from npm_blender.worker_settings import WorkerSettings, compute_settings
@@ -33,7 +33,7 @@ def test_the_cache_is_for_compiled_code_and_for_results(monkeypatch):
     said = WorkerSettings(cache="/a/cache").variables()
     assert said["NUMBA_CACHE_DIR"] == str(Path("/a/cache", "compiled"))
     monkeypatch.setenv("NPMESH_CACHE", said["NPMESH_CACHE"])
-    assert resultcache.user_cache() == Path("/a/cache")
+    assert result_cache.user_cache() == Path("/a/cache")
 
 
 def test_torch_is_looked_for_last():

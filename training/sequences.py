@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks import corpus, jobs
-from npm_blender.core.clean import clean
+from npm_blender.core.cleaning.cleanup import clean
 from npm_blender.core.errors import FileError
-from npm_blender.core.lod import build_lod
-from npm_blender.core.mesh import Frame, TriMesh
-from npm_blender.core.meshfile import read_mesh
+from npm_blender.core.levels.lod_sequence import build_lod
+from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.meshio.mesh_files import read_mesh
 from npm_blender.core.settings import LodSettings
 
 SUFFIXES = {".ply", ".obj", ".stl", ".glb", ".drc"}

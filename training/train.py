@@ -20,11 +20,11 @@ import torch
 import torch.distributed as parallel
 import torch.multiprocessing
 
-from npm_blender.core import weights as weight_file
-from npm_blender.core.decoder import decode
-from npm_blender.core.encoder import encode
-from npm_blender.core.network import NetworkConfig, flatten, folded, initial_parameters, map_tree, unflatten
-from npm_blender.core.torch_backend import TorchBackend
+from npm_blender.core.network import weights as weight_file
+from npm_blender.core.network.decoder import decode
+from npm_blender.core.network.encoder import encode
+from npm_blender.core.network.parameters import NetworkConfig, flatten, folded, initial_parameters, map_tree, unflatten
+from npm_blender.core.network.torch_backend import TorchBackend
 
 from . import losses
 from .samples import Sample, encoder_inputs, load

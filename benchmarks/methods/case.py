@@ -7,15 +7,15 @@ from functools import cached_property
 import igl
 import numpy as np
 
-from npm_blender.core.clean import clean
-from npm_blender.core.decimate import decimate
-from npm_blender.core.decoder import EDGES
-from npm_blender.core.decoder import FEATURES as FEATURES_IN_LATENT
-from npm_blender.core.features import LATENTS
-from npm_blender.core.locality import in_morton_order
-from npm_blender.core.lod import LodSequence, levels
-from npm_blender.core.mesh import Frame, TriMesh
-from npm_blender.core.metrics import Original
+from npm_blender.core.cleaning.cleanup import clean
+from npm_blender.core.codec.importance import LATENTS
+from npm_blender.core.decimation.qem import decimate
+from npm_blender.core.evaluation.metrics import Original
+from npm_blender.core.geometry.spatial_order import in_morton_order
+from npm_blender.core.levels.lod_sequence import LodSequence, levels
+from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.network.decoder import EDGES
+from npm_blender.core.network.decoder import FEATURES as FEATURES_IN_LATENT
 from npm_blender.core.settings import CompressSettings
 
 BUDGETS = (1_000, 2_000, 4_000, 8_000, 16_000, 32_000)  # bytes

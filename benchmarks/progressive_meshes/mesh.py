@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from npm_blender.core.halfedge import connect, following, preceding
+from npm_blender.core.decimation.halfedge_mesh import connect, following, preceding
 from npm_blender.core.jit import compiled
-from npm_blender.core.topology import opposite_halfedges
+from npm_blender.core.mesh.topology import opposite_halfedges
 
 MAX_RING = 60  # vertices with more neighbours are not split
 

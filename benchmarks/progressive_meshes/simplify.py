@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from npm_blender.core.collapses import shape_holds
-from npm_blender.core.collapsing import half_edges_with_quadrics
-from npm_blender.core.edgeheap import DEAD, REJECTED, heapify, put, take
-from npm_blender.core.halfedge import (
+from npm_blender.core.decimation.collapse_loop import shape_holds
+from npm_blender.core.decimation.decimator import half_edges_with_quadrics
+from npm_blender.core.decimation.edge_heap import DEAD, REJECTED, heapify, put, take
+from npm_blender.core.decimation.halfedge_mesh import (
     ANCHORED,
     EDGE,
     INNER,
@@ -24,9 +24,9 @@ from npm_blender.core.halfedge import (
     is_simple,
     preceding,
 )
+from npm_blender.core.decimation.quadric import best_point, edge_costs
 from npm_blender.core.jit import compiled
-from npm_blender.core.mesh import TriMesh
-from npm_blender.core.quadric import best_point, edge_costs
+from npm_blender.core.mesh.triangle_mesh import TriMesh
 
 SHARE = 8  # a batch collapses at most one vertex in SHARE
 DEARER = 4.0  # and no edge that costs this many times more than that share's dearest edge

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from npm_blender.core.basecoder import decode_positions, encode_positions
-from npm_blender.core.connectivity import canonical_order, decode_connectivity, encode_connectivity
+from npm_blender.core.bitstream.base_positions import decode_positions, encode_positions
+from npm_blender.core.bitstream.connectivity import canonical_order, decode_connectivity, encode_connectivity
+from npm_blender.core.bitstream.range_coder import decoder, encoder, new_contexts, new_weights
+from npm_blender.core.bitstream.varint import read_varint, write_varint
 from npm_blender.core.errors import StreamError
-from npm_blender.core.mesh import TriMesh
-from npm_blender.core.rangecoder import decoder, encoder, new_contexts, new_weights
-from npm_blender.core.varint import read_varint, write_varint
+from npm_blender.core.mesh.triangle_mesh import TriMesh
 
 from .mesh import Growing
 from .records import CONTEXTS, FINEST, MIXERS, code_batches

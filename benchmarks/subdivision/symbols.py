@@ -8,8 +8,7 @@ the apexes.
 
 import numpy as np
 
-from npm_blender.core.jit import compiled
-from npm_blender.core.rangecoder import (
+from npm_blender.core.bitstream.range_coder import (
     DECODE,
     MODE,
     code_bit,
@@ -20,7 +19,8 @@ from npm_blender.core.rangecoder import (
     new_contexts,
     new_weights,
 )
-from npm_blender.core.subdivide import Level
+from npm_blender.core.jit import compiled
+from npm_blender.core.mesh.subdivision import Level
 
 _LIMIT = 14
 _STRIDE = _LIMIT + 1

@@ -13,12 +13,12 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
+from npm_blender.core.codec.progressive_mesh import open_stream  # noqa: E402
+from npm_blender.core.codec.stored_stream import receive  # noqa: E402
 from npm_blender.core.errors import NpmError  # noqa: E402 - found in ROOT
+from npm_blender.core.evaluation.prefix_errors import measure  # noqa: E402
 from npm_blender.core.files import write_file  # noqa: E402
-from npm_blender.core.mesh import TriMesh  # noqa: E402
-from npm_blender.core.progressive import open_stream  # noqa: E402
-from npm_blender.core.quality import measure  # noqa: E402
-from npm_blender.core.received import receive  # noqa: E402
+from npm_blender.core.mesh.triangle_mesh import TriMesh  # noqa: E402
 
 FOLDER = ROOT / "out" / "shots"
 
@@ -53,7 +53,7 @@ def main() -> None:
     mesh = sculpt()
     path = FOLDER / "sculpt.npmesh"
     if not is_current(path):
-        from npm_blender.core.codec import compress
+        from npm_blender.core.codec.compression import compress
 
         write_file(path, compress(mesh).data)
     received = receive(path.read_bytes())

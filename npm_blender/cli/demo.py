@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Run all steps, printing each result as it is there."""
-    from ..core.meshfile import read_mesh, write_mesh
+    from ..core.meshio.mesh_files import read_mesh, write_mesh
     from ..demo.blender import require_blender
 
     settings = CompressSettings(refine_steps=args.refine_steps)
@@ -85,7 +85,7 @@ def _sculpt(folder: Path, progress: ProgressLine) -> Path:
     """The file of the default mesh: made once, and again when the code that makes it or Blender changes."""
     import bpy
 
-    from ..core.meshfile import write_mesh
+    from ..core.meshio.mesh_files import write_mesh
     from ..demo import sculpt
 
     recipe = Path(sculpt.__file__).read_bytes() + bpy.app.version_string.encode()

@@ -44,6 +44,8 @@ def check_output(path: Path, source: Path, suffixes: tuple[str, ...]) -> Path:
 def open_stream_file(path: Path):
     """The `ProgressiveMesh` in an .npmesh file. Raises FileError, StreamError or WeightsError."""
     data = read_file(path)
-    from ..core.progressive import open_stream  # after the cheap check: this import compiles and loads weights
+    from ..core.codec.progressive_mesh import (
+        open_stream,  # after the cheap check: this import compiles and loads weights
+    )
 
     return open_stream(data)

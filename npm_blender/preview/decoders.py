@@ -11,8 +11,8 @@ from . import kept
 from .threads import in_thread
 
 if TYPE_CHECKING:
-    from ..core.progressive import ProgressiveMesh
-    from ..core.received import Received
+    from ..core.codec.progressive_mesh import ProgressiveMesh
+    from ..core.codec.stored_stream import Received
 
 KEPT_DECODERS = 8
 
@@ -70,7 +70,8 @@ def warm_up() -> Generator[None, None, None]:
     Problems show when a stream is opened.
     """
     def load() -> None:
-        from ..core import received, weights  # noqa: F401
+        from ..core.codec import stored_stream  # noqa: F401
+        from ..core.network import weights  # noqa: F401
 
         weights.load()
 

@@ -11,8 +11,8 @@ import bpy
 from ..dependencies import receive
 
 if TYPE_CHECKING:
-    from ..core.quality import Quality
-    from ..core.received import Received
+    from ..core.codec.stored_stream import Received
+    from ..core.evaluation.prefix_errors import Quality
 
 STREAM = "npmesh_stream"  # the packed bytes
 ARRAYS = "npmesh_arrays"  # what was read from them, so that they open without compiled code
@@ -55,7 +55,7 @@ def is_linked(obj: bpy.types.Object) -> bool:
 
 def packed(obj: bpy.types.Object) -> "Received | None":
     """The stream that is packed on an object, if there is one. Raises StreamError or DependencyError if it is damaged."""
-    from ..core.received import Received
+    from ..core.codec.stored_stream import Received
 
     if not has_stream(obj):
         return None
@@ -72,6 +72,6 @@ def measured_text(obj: bpy.types.Object) -> str:
 @lru_cache(maxsize=16)
 def quality(text: str) -> "Quality | None":
     """The errors that `measured_text` tells of, None if they are not known. Raises StreamError if it is damaged."""
-    from ..core.quality import from_text
+    from ..core.evaluation.prefix_errors import from_text
 
     return from_text(text) if text else None

@@ -6,7 +6,7 @@ import bpy
 from . import decoders, deviation, kept, levels, placement, smooth
 
 if TYPE_CHECKING:
-    from ..core.received import Received
+    from ..core.codec.stored_stream import Received
 
 
 def find(source: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> bpy.types.Object | None:

@@ -17,7 +17,7 @@ from ..preferences import worker_settings
 from . import decoders, kept, levels
 
 if TYPE_CHECKING:
-    from ..core.received import Received
+    from ..core.codec.stored_stream import Received
 
 POLL_SECONDS = 0.1
 
@@ -45,7 +45,7 @@ def link(obj: bpy.types.Object, path: str | os.PathLike) -> None:
 
 def read(obj: bpy.types.Object) -> "Received":
     """The stream of a linked preview. Raises FileError or StreamError if it is missing, damaged or another one."""
-    from ..core.received import Received
+    from ..core.codec.stored_stream import Received
 
     path, digest = path_of(obj), obj.npmesh.digest
     _checked(read_file(path), obj, path)

@@ -10,7 +10,7 @@ from . import placement, smooth
 from .decoders import decoder_of
 
 if TYPE_CHECKING:
-    from ..core.progressive import ProgressiveMesh
+    from ..core.codec.progressive_mesh import ProgressiveMesh
 
 GAP = 0.1  # between levels that stand side by side, of their width
 NAME, LEVEL = "{name}", "{level}"

@@ -12,7 +12,7 @@ from .threads import in_thread
 if TYPE_CHECKING:
     import numpy as np
 
-    from ..core.mesh import TriMesh
+    from ..core.mesh.triangle_mesh import TriMesh
 
 PATCH_FACES = 12_000  # some 10 ms each
 POINTS_AT_ONCE = 400
@@ -44,7 +44,7 @@ class Nearest:
         import numpy as np
         from mathutils.bvhtree import BVHTree
 
-        from ..core.locality import in_morton_order
+        from ..core.geometry.spatial_order import in_morton_order
 
         mesh = yield from in_thread(lambda: in_morton_order(self._mesh))
         for start in range(0, len(mesh.F), PATCH_FACES):

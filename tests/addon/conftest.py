@@ -34,7 +34,7 @@ def package() -> str:
 
 @pytest.fixture
 def part(package):
-    """A function that imports a module of the extension: part("core.codec")."""
+    """A function that imports a module of the extension: part("core.codec.compression")."""
     return lambda name: importlib.import_module(f"{package}.{name}")
 
 
@@ -65,7 +65,7 @@ def add_object(name: str = "Shape", subdivisions: int = 5):
 @pytest.fixture(scope="session")
 def stream(package) -> bytes:
     """A small mesh, compressed once for all tests that only open it: 80 base faces, 2 levels."""
-    codec = importlib.import_module(f"{package}.core.codec")
+    codec = importlib.import_module(f"{package}.core.codec.compression")
     settings = importlib.import_module(f"{package}.core.settings")
     bridge = importlib.import_module(f"{package}.bridge")
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -95,7 +95,7 @@ def received(package, stream):
     import dataclasses
 
     read, quality, bridge = (importlib.import_module(f"{package}.{name}")
-                             for name in ("core.received", "core.quality", "bridge"))
+                             for name in ("core.codec.stored_stream", "core.evaluation.prefix_errors", "bridge"))
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     found = read.receive(stream)
     mesh = bridge.mesh_of(add_object(), bpy.context.evaluated_depsgraph_get())

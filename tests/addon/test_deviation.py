@@ -9,7 +9,7 @@ from .conftest import positions
 def distances(part, obj):
     """What the core measures."""
     mesh = part("bridge").mesh_of(obj.npmesh.source, bpy.context.evaluated_depsgraph_get())
-    return part("core.surface").Surface(mesh).closest(positions(obj).astype(np.float64))[0]
+    return part("core.geometry.closest_point").Surface(mesh).closest(positions(obj).astype(np.float64))[0]
 
 
 def colours(obj):

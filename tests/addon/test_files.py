@@ -63,7 +63,7 @@ def test_several_files_at_once(stream, tmp_path):
 
 
 def test_a_file_that_was_cut_off_opens_to_what_arrived(part, stream, tmp_path):
-    base = part("core.codec").open_stream(stream).base_bytes
+    base = part("core.codec.compression").open_stream(stream).base_bytes
     path = tmp_path / "cut.npmesh"
     path.write_bytes(stream[:(base + len(stream)) // 2])
     assert bpy.ops.import_scene.npmesh(filepath=str(path)) == {"FINISHED"}
@@ -110,7 +110,7 @@ def test_one_bad_file_among_good_ones_does_not_stop_them(stream, tmp_path):
 
 
 def test_of_many_files_each_says_what_is_wrong_in_one_line(part, stream, tmp_path, capfd):
-    base = part("core.codec").open_stream(stream).base_bytes
+    base = part("core.codec.compression").open_stream(stream).base_bytes
     contents = {"whole": stream, "cut": stream[:(base + len(stream)) // 2], "empty": b"", "early": stream[:60]}
     for name, data in contents.items():
         (tmp_path / f"{name}.npmesh").write_bytes(data)
@@ -133,14 +133,14 @@ def test_a_wrong_suffix_and_a_missing_folder(opened, tmp_path):
 
 def test_the_worker_reads_what_can_be_read(part, stream, tmp_path):
     jobs, errors = part("jobs"), part("core.errors")
-    base = part("core.codec").open_stream(stream).base_bytes
+    base = part("core.codec.compression").open_stream(stream).base_bytes
     contents = {"whole": stream, "cut": stream[:(base + len(stream)) // 2], "bad": stream[:60], "empty": b""}
     for name, data in contents.items():
         (tmp_path / f"{name}.npmesh").write_bytes(data)
     paths = [tmp_path / f"{name}.npmesh" for name in (*contents, "missing")]
     job = jobs.ReadJob(paths, bpy.app.tempdir, part("preferences").worker_settings())
     whole, cut, *refused = job.wait()
-    assert whole.data == stream and whole.arrays == part("core.received").receive(stream).arrays
+    assert whole.data == stream and whole.arrays == part("core.codec.stored_stream").receive(stream).arrays
     assert cut.data == contents["cut"] and cut.open().features < whole.open().features
     assert [type(error) for error in refused] == [errors.StreamError, errors.FileError, errors.FileError]
     assert not leftovers()

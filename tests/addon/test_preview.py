@@ -11,7 +11,8 @@ from .conftest import positions, refusal
 def decoded(part, obj):
     """What the core makes of the preview's stream at its level and number of features."""
     state = obj.npmesh
-    return part("core.codec").open_stream(obj["npmesh_stream"]).decode(features=state.features, level=int(state.level))
+    progressive = part("core.codec.compression").open_stream(obj["npmesh_stream"])
+    return progressive.decode(features=state.features, level=int(state.level))
 
 
 def check(part, obj):

@@ -10,7 +10,7 @@ from .conftest import positions, refusal
 
 def check(part, obj, stream):
     state = obj.npmesh
-    V = part("core.codec").open_stream(stream).decode_positions(state.features, int(state.level))
+    V = part("core.codec.compression").open_stream(stream).decode_positions(state.features, int(state.level))
     assert state.problem == "" and np.array_equal(positions(obj), V.astype(np.float32))
 
 

@@ -2,7 +2,7 @@ import pytest
 
 pytest.importorskip("igl")
 from benchmarks import lodcost  # noqa: E402
-from npm_blender.core.mesh import Frame, TriMesh  # noqa: E402
+from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh  # noqa: E402
 from tests.shapes import bumpy  # noqa: E402
 
 

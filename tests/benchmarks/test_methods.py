@@ -5,8 +5,8 @@ import pytest
 
 from benchmarks.methods import METHODS, drc, load, qslim, schemes, search, subdivfit
 from benchmarks.methods.case import Case
+from npm_blender.core.geometry.closest_point import Surface
 from npm_blender.core.settings import CompressSettings
-from npm_blender.core.surface import Surface
 from tests.shapes import bumpy, grid
 
 CODERS = ("qslim_draco", "meshopt", "draco", "loop", "butterfly", "subdivfit")

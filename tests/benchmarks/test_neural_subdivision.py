@@ -6,7 +6,7 @@ from benchmarks.methods import neural_subdivision as method
 from benchmarks.methods import qslim, schemes
 from benchmarks.methods.case import Case
 from npm_blender.core.errors import MeshError
-from npm_blender.core.mesh import TriMesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh
 from tests.shapes import bumpy, grid
 
 

@@ -7,8 +7,8 @@ from benchmarks.progressive_meshes.mesh import Growing, ring_of, split
 from benchmarks.progressive_meshes.simplify import simplify
 from benchmarks.progressive_meshes.stream import decode, encode
 from npm_blender.core.errors import StreamError
-from npm_blender.core.surface import Surface, sample
-from npm_blender.core.topology import opposite_halfedges, topology_of, vertex_fans
+from npm_blender.core.geometry.closest_point import Surface, sample
+from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
 from tests.core.lod_meshes import sheet, sphere, torus, tube
 
 MESHES = {"sphere": sphere(4, 0.002), "torus": torus(noise=0.002), "sheet": sheet(noise=0.002), "tube": tube(noise=0.002)}

@@ -4,8 +4,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from benchmarks.methods import schemes
-from npm_blender.core.mesh import TriMesh
-from npm_blender.core.subdivide import Level
+from npm_blender.core.mesh.subdivision import Level
+from npm_blender.core.mesh.triangle_mesh import TriMesh
 from tests.shapes import bumpy, grid, icosphere, torus
 
 BOTH = (schemes.loop, schemes.butterfly)

@@ -10,9 +10,9 @@ from benchmarks.subdivision.fit import Fit, Target
 from benchmarks.subdivision.shape import Scheme
 from benchmarks.subdivision.stencils import refinement
 from npm_blender.core.errors import StreamError
-from npm_blender.core.mesh import TriMesh
-from npm_blender.core.subdivide import Level
-from npm_blender.core.surface import sample
+from npm_blender.core.geometry.closest_point import sample
+from npm_blender.core.mesh.subdivision import Level
+from npm_blender.core.mesh.triangle_mesh import TriMesh
 from tests.core.lod_meshes import sheet, sphere, torus
 
 

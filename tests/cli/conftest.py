@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from npm_blender.cli import main
-from npm_blender.core.mesh import TriMesh
-from npm_blender.core.meshfile import write_mesh
-from npm_blender.core.subdivide import hierarchy, midpoints
+from npm_blender.core.mesh.subdivision import hierarchy, midpoints
+from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.meshio.mesh_files import write_mesh
 
 
 def bumpy_sphere(levels: int = 4) -> TriMesh:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from npm_blender.cli import evaluate, main
-from npm_blender.core.mesh import TriMesh
-from npm_blender.core.meshfile import read_mesh, write_mesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.meshio.mesh_files import read_mesh, write_mesh
 
 from .conftest import bumpy_sphere
 

@@ -1,7 +1,7 @@
 """Small meshes of every topology, and synthetic features, for the tests of the stream."""
 import numpy as np
 
-from npm_blender.core.topology import opposite_halfedges, vertex_fans
+from npm_blender.core.mesh.topology import opposite_halfedges, vertex_fans
 
 TETRAHEDRON = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
 

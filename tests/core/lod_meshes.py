@@ -1,8 +1,8 @@
 """Meshes made in code for the tests of the LoD builder: sphere, torus, sheet, tube with noise; a block, a gear, a grating."""
 import numpy as np
 
-from npm_blender.core.mesh import Frame, TriMesh
-from npm_blender.core.subdivide import hierarchy, midpoints
+from npm_blender.core.mesh.subdivision import hierarchy, midpoints
+from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
 
 
 def _unit(V: np.ndarray, F: np.ndarray, noise: float = 0.0, seed: int = 0) -> TriMesh:

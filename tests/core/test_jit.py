@@ -5,8 +5,8 @@ import sys
 import pytest
 
 from npm_blender.core import jit
-from npm_blender.core.clean import clean
-from npm_blender.core.lod import build_lod
+from npm_blender.core.cleaning.cleanup import clean
+from npm_blender.core.levels.lod_sequence import build_lod
 from npm_blender.core.settings import LodSettings
 
 from .lod_meshes import sheet

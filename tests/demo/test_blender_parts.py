@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from npm_blender.core.meshfile import read_mesh
-from npm_blender.core.topology import topology_of
+from npm_blender.core.mesh.topology import topology_of
+from npm_blender.core.meshio.mesh_files import read_mesh
 
 ROOT = Path(__file__).parent.parent.parent
 
@@ -15,8 +15,8 @@ CHILD = """
 import sys
 from pathlib import Path
 import bpy, numpy as np
-from npm_blender.core.mesh import TriMesh
-from npm_blender.core.meshfile import write_mesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.meshio.mesh_files import write_mesh
 from npm_blender.demo import sculpt, sheet
 
 out = Path(sys.argv[1])

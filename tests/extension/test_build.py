@@ -50,9 +50,9 @@ def test_a_zip_holds_what_it_should(zips, platform):
     assert contents.problems(zips[platform], PACKAGES, platform, PYTHONS) == []
     with zipfile.ZipFile(zips[platform]) as archive:
         names = set(archive.namelist())
-        text = archive.read("core/codec.py")
+        text = archive.read("core/codec/compression.py")
     source = {str(p.relative_to(staging.PACKAGE)) for p in staging.PACKAGE.rglob("*.py")}
-    assert source <= names and text == (staging.PACKAGE / "core" / "codec.py").read_bytes()
+    assert source <= names and text == (staging.PACKAGE / "core" / "codec" / "compression.py").read_bytes()
     assert {name for name in names if "." in name and not name.endswith((".py", ".whl"))} == {
         "blender_manifest.toml", "weights/npm1.npz"}
 

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 import torch
 
-from npm_blender.core.operators import MeshIndex
-from npm_blender.core.subdivide import Level
-from npm_blender.core.torch_backend import TorchBackend
+from npm_blender.core.mesh.subdivision import Level
+from npm_blender.core.network.layers import MeshIndex
+from npm_blender.core.network.torch_backend import TorchBackend
 from tests.shapes import icosphere
 from training import losses
 

@@ -8,10 +8,10 @@ import pytest
 import torch
 
 from npm_blender.core.errors import FileError, WeightsError
-from npm_blender.core.mesh import TriMesh
-from npm_blender.core.meshfile import write_mesh
+from npm_blender.core.mesh.subdivision import hierarchy, midpoints
+from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.meshio.mesh_files import write_mesh
 from npm_blender.core.settings import LodSettings
-from npm_blender.core.subdivide import hierarchy, midpoints
 from tests.shapes import bumpy, grid, icosphere, torus
 from training import sequences
 from training.neural_subdivision.flaps import Flaps, Frames, differential

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from npm_blender.core import weights
-from npm_blender.core.meshfile import write_mesh
+from npm_blender.core.meshio.mesh_files import write_mesh
+from npm_blender.core.network import weights
 from tests.shapes import bumpy
 from training import sequences
 

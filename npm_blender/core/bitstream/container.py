@@ -1,0 +1,131 @@
+"""The `.npmesh` container: header, base mesh, packets of features. docs/format.md is its specification.
+
+Every prefix that holds the base mesh is a valid stream of fewer features.
+"""
+import struct
+from zlib import crc32
+
+import numpy as np
+
+from ..errors import StreamError
+from .base_positions import decode_positions, encode_positions
+from .connectivity import decode_connectivity, encode_connectivity
+from .header import MAX_LEVEL_FACES, MAX_PASSES, Header, Stream, check_header
+from .packets import encode_packets, read_packets
+from .varint import read_varint, write_varint
+
+MAGIC = b"\x8aNPM"
+VERSION = 3                     # 1 has no offsets, 2 no batches of several packets
+_MAX_BASE_BYTES = 1 << 26       # connectivity and positions of the largest base mesh stay far below
+_PLACE = struct.Struct("<4d")
+
+
+def write_stream(header: Header, V0_ints: np.ndarray, F0: np.ndarray, group: np.ndarray, face: np.ndarray,
+                 value: np.ndarray) -> bytes:
+    """A whole stream.
+
+    V0_ints (n0, 3): lattice positions (`quantize_positions`); F0 (m0, 3) in `canonical_order`; group (k,), face (k,),
+    value (k, channels): features in order of importance, k = header.total_features.
+    Raises StreamError or MeshError if something is out of range, MeshError if F0 is in another order.
+    """
+    value = np.asarray(value)
+    if value.shape != (header.total_features, header.channels) or len(group) != len(value) or len(face) != len(value):
+        raise StreamError(f"Expected {header.total_features} features of {header.channels} numbers, found {value.shape}; "
+                          "give group, face and value of equal lengths")
+    _check_size(len(F0), header.levels, header.passes)
+    connectivity = encode_connectivity(F0)
+    positions = encode_positions(V0_ints, F0)
+    name = header.model_id.encode("ascii")
+    head = b"".join([
+        MAGIC, bytes([VERSION, len(name)]), name, header.weights_hash,
+        bytes([header.levels - 1 | header.channels - 1 << 3, header.position_bits]),
+        bytes([header.passes]), np.array(header.feature_steps, dtype="<f4").tobytes(),
+        *map(write_varint, (header.total_features, header.source_faces, header.source_vertices)),
+        _PLACE.pack(*header.centre, header.size), *map(write_varint, (len(connectivity), len(positions)))])
+    body = head + (crc32(head) & 0xFFFF).to_bytes(2, "big") + connectivity + positions
+    crc = crc32(body)
+    packets = encode_packets(F0, header.levels, group, face, value, crc & 0xFFFF, header.passes)
+    return b"".join([body, crc.to_bytes(4, "big"), *packets])
+
+
+def read_stream(data: bytes, strict: bool = False) -> Stream:
+    """Read a stream, or any prefix of one past its base mesh.
+
+    Raises StreamError if the data are no stream, from a newer version, damaged in header or base mesh, or end before
+    the base mesh does. Damage in the packets ends the reading there: see Stream.corrupt, or StreamError if `strict`.
+    """
+    data = bytes(data)
+    header, at, connectivity_bytes, position_bytes = _read_header(data)
+    middle = at + connectivity_bytes
+    end = middle + position_bytes
+    if len(data) < end + 4:
+        raise StreamError(f"Expected at least {end + 4} bytes (the base mesh), found {len(data)}; "
+                          "get the rest of the file")
+    crc = crc32(data[:end])
+    if crc != int.from_bytes(data[end:end + 4], "big"):
+        raise StreamError("Expected an intact base mesh, found a wrong checksum; the file is corrupted, get it again")
+    F0 = decode_connectivity(data[at:middle])
+    _check_size(len(F0), header.levels, header.passes)
+    ints = decode_positions(data[middle:end], F0)
+    packets = read_packets(data, end + 4, F0, header.levels, header.channels, header.total_features, crc & 0xFFFF,
+                           header.passes, batches=data[len(MAGIC)] > 2)
+    if strict and packets.corrupt:
+        raise StreamError(packets.corrupt)
+    return Stream(header, ints * 2.0**-header.position_bits, F0, packets.group, packets.face, packets.value,
+                  (packets.features, packets.bytes), end + 4, packets.truncated, packets.corrupt)
+
+
+def _check_size(faces: int, levels: int, passes: int) -> None:
+    total = faces * (4**levels - 1) // 3 * (1 + passes)
+    if total > MAX_LEVEL_FACES:
+        raise StreamError(f"Expected at most {MAX_LEVEL_FACES} faces in all groups of features, found {total}; "
+                          "use fewer base faces or levels")
+
+
+def _read_header(data: bytes) -> tuple[Header, int, int, int]:
+    """Header, offset of the connectivity, bytes of connectivity, bytes of positions."""
+    if not data:
+        raise StreamError("Expected an .npmesh stream, found no data; the file is empty")
+    if not data.startswith(MAGIC[:len(data)]):
+        raise StreamError(f"Expected an .npmesh stream, found {data[:4]!r} at its start; this is another kind of file")
+    if len(data) > len(MAGIC) and data[len(MAGIC)] > VERSION:
+        raise StreamError(f"Expected format version {VERSION} or older, found {data[len(MAGIC)]}; update the extension")
+    try:
+        return _header_fields(data)
+    except EOFError:
+        raise StreamError(f"Expected a whole header, found the end of the file after {len(data)} bytes; "
+                          "get the rest of the file") from None
+
+
+def _header_fields(data: bytes) -> tuple[Header, int, int, int]:
+    """As `_read_header`. Raises EOFError if the data end inside the header."""
+    def take(count: int) -> bytes:
+        nonlocal at
+        if at + count > len(data):
+            raise EOFError
+        at += count
+        return data[at - count:at]
+
+    def number() -> int:
+        nonlocal at
+        value, at = read_varint(data, at)
+        return value
+
+    at = len(MAGIC)
+    version, length = take(2)
+    check_header(version >= 1, "a format version", version)
+    name, weights_hash, (shape, bits) = take(length), take(8), take(2)
+    levels = (shape & 7) + 1
+    passes = take(1)[0] if version > 1 else 0
+    check_header(passes <= MAX_PASSES, f"at most {MAX_PASSES} passes over the offsets", passes)
+    steps = np.frombuffer(take(4 * levels * (1 + passes)), dtype="<f4")
+    counts = number(), number(), number()
+    *centre, size = _PLACE.unpack(take(_PLACE.size))
+    sizes = number(), number()
+    head = at
+    if int.from_bytes(take(2), "big") != crc32(data[:head]) & 0xFFFF:
+        raise StreamError("Expected an intact header, found a wrong checksum; the file is corrupted, get it again")
+    check_header(sum(sizes) <= _MAX_BASE_BYTES, f"a base mesh of at most {_MAX_BASE_BYTES} bytes", sum(sizes))
+    return Header(
+        name.decode("ascii", "replace"), weights_hash, levels, bits, tuple(map(float, steps)), *counts,
+        tuple(centre), size, (shape >> 3) + 1), at, *sizes

@@ -1,0 +1,109 @@
+"""Border vertices made one where surfaces belong together: seams, triangle soups, T-junctions.
+
+Both repairs are tried first and kept only where fewer border edges are left once the result is cut into a manifold.
+"""
+import numpy as np
+
+from ..geometry.welding import near_places, weld
+from ..progress import Progress, no_progress
+from .duplicate_faces import duplicates
+from .edge_groups import EdgeGroups
+from .manifold_cut import compact, cut, disagree, repeated_corners
+from .orientation import orient
+from .t_junctions import split_at_junctions
+
+NEAR = 1e-6  # of the box: how far apart border vertices may be and still be one
+SINGLE = 2.0**-22  # two units in the last place of single precision
+
+
+def weld_borders(V: np.ndarray, F: np.ndarray, groups: EdgeGroups,
+                 progress: Progress = no_progress) -> tuple[np.ndarray, EdgeGroups, int]:
+    """Faces with coincident border vertices made one, their edges, and the number of vertices that went.
+
+    Only where fewer border edges are left once the result is cut into a manifold again. Vertices inside a surface are
+    never joined, so surfaces that merely touch stay apart. Exact coincidence is tried first, then a distance of NEAR
+    times the box, of a tenth of the shortest border edge at either vertex if that is less: no edge is collapsed.
+    """
+    changed = 0
+    for near in (0.0, reach_of(V, F)):
+        alone = groups.halfedges[groups.starts[:-1][groups.sizes == 1]]
+        if len(alone) == 0:
+            break
+        a, b = F.reshape(-1)[alone], np.roll(F, -1, 1).reshape(-1)[alone]
+        border = np.unique([a, b])
+        progress(near > 0, "Merging vertices")
+        first, place = weld(V[border])
+        if near:
+            length = np.linalg.norm(V[b] - V[a], axis=1)
+            shortest = np.full(len(V), near)
+            np.minimum.at(shortest, np.concatenate([a, b]), 0.1 * np.concatenate([length, length]))
+            least = np.full(len(first), near)
+            np.minimum.at(least, place, shortest[border])
+            first = first[near_places(V[border[first]], least)]
+        joined = np.arange(len(V), dtype=np.int32)
+        joined[border] = border[first[place]]
+        joined = _apart_along_edges(F, joined)
+        count = int((joined != np.arange(len(V))).sum())
+        if count:
+            progress(0.5 + 0.5 * (near > 0), "Merging vertices")
+            trial = joined[F]
+            trial_groups = EdgeGroups.of(trial, len(V))
+            if borders_after_cut(V, trial, trial_groups) < len(alone):
+                F, groups, changed = trial, trial_groups, changed + count
+    return F, groups, changed
+
+
+def reach_of(V: np.ndarray, F: np.ndarray) -> float:
+    """How far vertices of faces F (m, 3) may be apart and still be one, in units of V.
+
+    NEAR times the longest side of their box, or what two roundings to single precision leave if V holds only numbers
+    of that: far from the origin that is more.
+    """
+    V = compact(V, F)[0]
+    near = NEAR * float(np.ptp(V, axis=0).max())
+    largest = float(np.abs(V).max())
+    with np.errstate(over="ignore"):
+        single = largest * SINGLE > near and (V.astype(np.float32) == V).all()
+    if not single:
+        return near
+    return SINGLE * largest
+
+
+def _apart_along_edges(F: np.ndarray, joined: np.ndarray) -> np.ndarray:
+    """joined (n,) without the places that hold two corners of one face."""
+    trial = joined[F]
+    broken = repeated_corners(trial)
+    if not broken.any():
+        return joined
+    flat = trial[broken]
+    same = np.concatenate([flat[flat[:, k] == flat[:, k - 1], k] for k in range(3)])
+    split = np.isin(joined, same)
+    return np.where(split, np.arange(len(joined)), joined).astype(np.int32)
+
+
+def stitch(V: np.ndarray, F: np.ndarray, groups: EdgeGroups,
+           progress: Progress = no_progress) -> tuple[np.ndarray, EdgeGroups, int]:
+    """Faces with border edges split where border vertices lie on them, their edges, and the number of splits.
+
+    Only where fewer border edges are left once the result is cut into a manifold again.
+    """
+    borders = int((groups.sizes == 1).sum())
+    if borders == 0:
+        return F, groups, 0
+    trial, splits = split_at_junctions(V, F, groups, reach_of(V, F), progress)
+    if splits:
+        trial_groups = EdgeGroups.of(trial, len(V))
+        if borders_after_cut(V, trial, trial_groups) < borders:
+            return trial, trial_groups, splits
+    return F, groups, 0
+
+
+def borders_after_cut(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> int:
+    """Border edges of the manifold that faces F (m, 3) would be made."""
+    sizes = groups.sizes
+    if (sizes > 2).any() or disagree(F.reshape(-1), groups).any():
+        F = F[~duplicates(F)]
+        F, _, _ = orient(V, F, EdgeGroups.of(F, len(V)))
+        V, F, _, _ = cut(V, F, EdgeGroups.of(F, len(V)))
+        sizes = EdgeGroups.of(F, len(V)).sizes
+    return int((sizes == 1).sum())

@@ -1,0 +1,121 @@
+"""Faces without area inside a manifold: the edge that they fold over is flipped, so that no hole opens."""
+import numpy as np
+
+from ..jit import compiled
+from .edge_groups import EdgeGroups
+from .manifold_cut import FLAT
+
+ROUNDS = 20
+
+
+def remove_flat_faces(V: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, int, int]:
+    """F (m', 3) with fewer faces without area; how many were mended; and how many remain because nothing legal helps.
+
+    F must be an oriented manifold without edges of zero length. A face whose three vertices lie on a line has its
+    longest edge flipped with the neighbour, which splits the neighbour at the middle vertex; on the border the face is
+    dropped (the result may then be pinched at a vertex).
+    """
+    groups = EdgeGroups.of(F, len(V))
+    opposite = np.arange(F.size, dtype=np.int32)
+    first = groups.starts[:-1][groups.sizes == 2]
+    one, two = groups.halfedges[first], groups.halfedges[first + 1]
+    opposite[one], opposite[two] = two, one
+    F = np.ascontiguousarray(F, np.int32).copy()
+    before, dropped, after = _flip(V, F.reshape(-1), opposite)
+    return F[~dropped], int(before - after), int(after)
+
+
+@compiled
+def _square(V, i, j):
+    return (V[i, 0] - V[j, 0]) ** 2 + (V[i, 1] - V[j, 1]) ** 2 + (V[i, 2] - V[j, 2]) ** 2
+
+
+@compiled
+def _is_flat(V, i, j, k):
+    ax, ay, az = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
+    bx, by, bz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    longest = max(_square(V, i, j), _square(V, j, k), _square(V, k, i))
+    return np.sqrt(x * x + y * y + z * z) <= FLAT * longest
+
+
+@compiled
+def _joined(flat, opposite, h, v):
+    """Is the start of half-edge h joined to vertex v by an edge?"""
+    for back in (False, True):
+        at = h
+        while True:
+            face = at - at % 3
+            following, before = face + (at + 1) % 3, face + (at + 2) % 3
+            if flat[following] == v or flat[before] == v:
+                return True
+            side = at if back else before
+            other = opposite[side]
+            if other == side:
+                break  # the border: walk the other way round
+            at = other - other % 3 + (other + 1) % 3 if back else other
+            if at == h:
+                return False
+    return False
+
+
+@compiled
+def _count(V, flat, dropped):
+    flats = 0
+    for f in range(len(dropped)):
+        flats += (not dropped[f]) and _is_flat(V, flat[3 * f], flat[3 * f + 1], flat[3 * f + 2])
+    return flats
+
+
+@compiled(allocates=True)
+def _flip(V, flat, opposite):
+    m = len(flat) // 3
+    dropped = np.zeros(m, np.bool_)
+    before = _count(V, flat, dropped)
+    for _ in range(ROUNDS if before else 0):
+        changed = False
+        for f in range(m):
+            if dropped[f] or not _is_flat(V, flat[3 * f], flat[3 * f + 1], flat[3 * f + 2]):
+                continue
+            k, longest = 0, -1.0
+            for i in range(3):
+                length = _square(V, flat[3 * f + i], flat[3 * f + (i + 1) % 3])
+                if length > longest:
+                    k, longest = i, length
+            h = 3 * f + k
+            o = opposite[h]
+            h1, h2 = 3 * f + (k + 1) % 3, 3 * f + (k + 2) % 3
+            if o == h:
+                dropped[f] = True
+                for e in (h1, h2):
+                    if opposite[e] != e:
+                        opposite[opposite[e]] = opposite[e]
+                changed = True
+                continue
+            g = o // 3
+            o1, o2 = 3 * g + (o + 1) % 3, 3 * g + (o + 2) % 3
+            a, b, c, d = flat[h], flat[h1], flat[h2], flat[o2]
+            if c == d or _square(V, c, d) == 0 or _joined(flat, opposite, h2, d):
+                continue
+            flats = 1 + _is_flat(V, flat[3 * g], flat[3 * g + 1], flat[3 * g + 2])
+            left = int(_is_flat(V, a, d, c)) + int(_is_flat(V, d, b, c))
+            if left > flats or (left == flats and _square(V, c, d) >= longest):
+                continue
+            old = (o1, o2, h1, h2)
+            new = (3 * f, 3 * g, 3 * g + 1, 3 * f + 2)
+            across = (opposite[o1], opposite[o2], opposite[h1], opposite[h2])
+            flat[3 * f], flat[3 * f + 1], flat[3 * f + 2] = a, d, c
+            flat[3 * g], flat[3 * g + 1], flat[3 * g + 2] = d, b, c
+            for i in range(4):
+                other = across[i]
+                for j in range(4):
+                    if across[i] == old[j]:
+                        other = new[j]
+                opposite[new[i]] = other
+                if other != new[i]:
+                    opposite[other] = new[i]
+            opposite[3 * f + 1], opposite[3 * g + 2] = 3 * g + 2, 3 * f + 1
+            changed = True
+        if not changed:
+            break
+    return before, dropped, _count(V, flat, dropped)

@@ -1,0 +1,138 @@
+"""Which half-edges share an edge, for any triangles at all: the checks and repairs of `clean` stand on this.
+
+Unlike `topology`, nothing is assumed to be a manifold. Half-edges are numbered as there: h = 3 f + k runs from corner
+k of face f; the corner at its start is h, the corner at its end is next(h).
+"""
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..jit import compiled
+
+
+@dataclass(frozen=True)
+class EdgeGroups:
+    """The half-edges of faces F (m, 3), grouped by undirected edge.
+
+    halfedges: (3 m,) int32, sorted by (smaller vertex, larger vertex), then by number; starts: (e + 1,) int64, group i
+    is halfedges[starts[i]:starts[i + 1]]. Faces that name a vertex twice have half-edges from a vertex to itself.
+    """
+
+    halfedges: np.ndarray
+    starts: np.ndarray
+
+    @staticmethod
+    def of(F: np.ndarray, n: int) -> "EdgeGroups":
+        """The groups of faces F (m, 3) int32 over n vertices."""
+        return EdgeGroups(*_groups(np.ascontiguousarray(F, np.int32).reshape(-1), n))
+
+    @property
+    def sizes(self) -> np.ndarray:
+        """Number of half-edges of each edge, (e,) int64: 1 on the border, 2 inside, more where non-manifold."""
+        return np.diff(self.starts)
+
+
+@compiled
+def end_of(flat, h):
+    """The vertex at the end of half-edge h."""
+    return flat[h - 2] if h % 3 == 2 else flat[h + 1]
+
+
+@compiled
+def next_of(h):
+    """The half-edge after h in its face."""
+    return h - 2 if h % 3 == 2 else h + 1
+
+
+@compiled(allocates=True)
+def _groups(flat, n):
+    size = len(flat)
+    order, sorted_by_high = np.zeros(size, np.int32), np.zeros(size, np.int32)
+    for step in range(2):  # counting sort, by the larger vertex and then by the smaller one
+        at = np.zeros(n + 1, np.int64)
+        for h in range(size):
+            a, b = flat[h], end_of(flat, h)
+            at[(max(a, b) if step == 0 else min(a, b)) + 1] += 1
+        for v in range(n):
+            at[v + 1] += at[v]
+        for i in range(size):
+            h = i if step == 0 else sorted_by_high[i]
+            a, b = flat[h], end_of(flat, h)
+            v = max(a, b) if step == 0 else min(a, b)
+            if step == 0:
+                sorted_by_high[at[v]] = h
+            else:
+                order[at[v]] = h
+            at[v] += 1
+    starts = np.zeros(size + 1, np.int64)
+    count = 0
+    for i in range(size):
+        a, b = flat[order[i]], end_of(flat, order[i])
+        p, q = (flat[order[i - 1]], end_of(flat, order[i - 1])) if i else (a, b)
+        if i == 0 or min(a, b) != min(p, q) or max(a, b) != max(p, q):
+            starts[count] = i
+            count += 1
+    starts[count] = size
+    return order, starts[:count + 1].copy()
+
+
+@compiled
+def find(parent, i):
+    """Root of i, halving the path to it."""
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
+@compiled
+def join(parent, i, j):
+    """Join the parts of i and j under the smaller root."""
+    i, j = find(parent, i), find(parent, j)
+    parent[max(i, j)] = min(i, j)
+
+
+@compiled(allocates=True)
+def face_parts(m, halfedges, starts):
+    """Smallest face joined to each face across edges of any kind, (m,) int32."""
+    parent = np.arange(m).astype(np.int32)
+    for g in range(len(starts) - 1):
+        for i in range(starts[g] + 1, starts[g + 1]):
+            join(parent, halfedges[i - 1] // 3, halfedges[i] // 3)
+    for f in range(m):
+        parent[f] = find(parent, f)
+    return parent
+
+
+@compiled(allocates=True)
+def corner_parts(flat, halfedges, starts):
+    """Smallest corner joined to each corner round its vertex across edges of any kind, (3 m,) int32."""
+    parent = np.arange(len(flat)).astype(np.int32)
+    for g in range(len(starts) - 1):
+        for i in range(starts[g] + 1, starts[g + 1]):
+            join_corners(parent, flat, halfedges[i - 1], halfedges[i])
+    for h in range(len(flat)):
+        parent[h] = find(parent, h)
+    return parent
+
+
+@compiled
+def join_corners(parent, flat, h, g):
+    """Join the corners of half-edges h and g of one edge at both of its ends."""
+    if flat[h] == flat[g]:
+        join(parent, h, g)
+        join(parent, next_of(h), next_of(g))
+    else:
+        join(parent, h, next_of(g))
+        join(parent, next_of(h), g)
+
+
+@compiled(allocates=True)
+def vertex_parts(n, a, b):
+    """Smallest vertex joined to each of n vertices by the pairs a-b, (n,) int32."""
+    parent = np.arange(n).astype(np.int32)
+    for i in range(len(a)):
+        join(parent, a[i], b[i])
+    for v in range(n):
+        parent[v] = find(parent, v)
+    return parent

@@ -1,0 +1,84 @@
+"""A mesh while its edges are collapsed: all arrays of the loop in `collapses`, for the whole mesh or a region of it."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import MeshError
+from ..mesh.topology import opposite_halfedges
+from ..mesh.triangle_mesh import TriMesh
+from ..parallel import together
+from ..parameterization.collapse_record import History
+from .border_corners import Corners
+from .collapse_loop import Queue, Scratch, Tests, offer, run
+from .edge_heap import DEAD, REJECTED
+from .halfedge_mesh import Half, connect, opposites
+from .quadric import edge_costs, vertex_quadrics
+
+
+def half_edges_with_quadrics(mesh: TriMesh) -> tuple[Half, np.ndarray]:
+    """The half-edge form of a mesh, and the quadrics (n, 10) of its vertices.
+
+    Raises MeshError if the mesh is not an oriented edge- and vertex-manifold.
+    """
+    corner = mesh.F.reshape(-1).copy()
+    opposite, oriented = opposites(corner, len(mesh.V))
+    if not oriented:
+        opposite = opposite_halfedges(mesh.F)  # raises, and says how many edges are wrong
+    (edge, start, out, valence, pinched), quadrics = together(
+        lambda: connect(corner, opposite, len(mesh.V)), lambda: vertex_quadrics(mesh.V, corner, opposite))
+    if pinched:
+        raise MeshError(f"Expected a manifold mesh, found {pinched} vertices where separate fans of faces meet; "
+                        "clean the mesh first (--clean auto)")
+    return Half(mesh.V.copy(), corner, opposite, edge, out, valence, start), quadrics
+
+
+@dataclass
+class Collapsing:
+    """A decimation under way.
+
+    half: the mesh as it is now; quadrics (n, 10) of its vertices; queue: its edges; corners: of its border; tests: what a
+    collapse has to pass; counts (7,) int64: see `collapses.run`; history: the collapses so far.
+    """
+
+    half: Half
+    quadrics: np.ndarray
+    queue: Queue
+    corners: Corners
+    tests: Tests
+    counts: np.ndarray
+    history: History
+
+    @staticmethod
+    def of(mesh: TriMesh, tests: Tests, base_faces: int, variant: int) -> "Collapsing":
+        """A mesh of which nothing has collapsed yet; no edge is in the queue. Raises MeshError as `half_edges_with_quadrics`.
+
+        base_faces: those that the corners of the border are to be content with; variant: see `decimate`.
+        """
+        half, quadrics = half_edges_with_quadrics(mesh)
+        edges = len(half.start)
+        error = edge_costs(quadrics, half.X, half.corner, half.start)
+        queue = Queue(np.arange(edges, dtype=np.int32), np.empty(edges), np.full(edges, REJECTED, np.int32), error,
+                      np.zeros(edges, np.int8), np.zeros(len(mesh.V), bool))
+        border = (half.opposite == np.arange(len(half.opposite))).any()
+        counts = np.array([len(mesh.F), 0, 0, 0, 0, variant, border], np.int64)
+        return Collapsing(half, quadrics, queue, Corners.of(half, base_faces), tests, counts, History.empty())
+
+    @property
+    def faces(self) -> int:
+        """Faces that are left."""
+        return int(self.counts[0])
+
+    def offer(self, edges: np.ndarray) -> None:
+        """Make these edges the queue, for the first tests."""
+        offer(self.queue, self.tests, edges)
+        self.counts[1] = len(edges)
+
+    def offer_all(self) -> None:
+        """Make all edges the queue, rejected and locked ones too."""
+        self.offer(np.flatnonzero(self.queue.place != DEAD).astype(np.int32))
+
+    def run(self, scratch: Scratch, target: int, collapses: int, enough: int = 0, dear: float = np.inf) -> int:
+        """`collapses.run`, with room for its history: DONE, EMPTY or MORE."""
+        self.history = self.history.with_room(self.counts, max(self.faces - target, 0) // 2 + 1)
+        return run(self.half, self.quadrics, self.queue, self.corners, self.history, scratch, self.counts, target, collapses,
+                   self.tests, enough, dear)

@@ -1,0 +1,101 @@
+"""The first collapses of a large mesh, on its regions side by side.
+
+The vertices are divided into boxes. A vertex is deep where no neighbour is in another box and none of its edges on the
+border; a collapse of an edge with two deep ends moves, joins and looks up vertices of its box only, and leaves a deep
+vertex deep. So the boxes can be decimated at the same time, each to a number of faces from which the base could still
+be made of that box alone; what is left, with the strips between the boxes, is divided again or decimated as a whole.
+Which boxes there are depends on the mesh and the number of base faces, not on the number of threads.
+"""
+from dataclasses import replace
+
+import numpy as np
+
+from ..geometry.spatial_order import boxes
+from ..jit import compiled
+from ..mesh.radix_order import order_of
+from ..parallel import each
+from ..parameterization.collapse_record import History
+from ..progress import Progress
+from .collapse_loop import MORE, Scratch, Tests
+from .decimator import Collapsing
+from .edge_heap import DEAD, LOCKED
+from .halfedge_mesh import following
+
+LEFT = 4  # times the base's faces are left in a region
+DIVIDED = 4  # times as many faces as are left: those of a region at least
+SMALLEST = 32_000  # faces a region may have in any case; with half as many, strips between regions cost what the cache saves
+LARGEST = 64_000  # where a region would need more, the mesh is decimated as a whole
+
+
+def _size(base_faces: int) -> tuple[int, int]:
+    """Faces that a region may have, and those that are left of it."""
+    left = LEFT * base_faces
+    return max(DIVIDED * left, SMALLEST), left
+
+
+def worth_dividing(faces: int, base_faces: int) -> bool:
+    """Whether a mesh of so many faces is large enough for regions."""
+    most, _ = _size(base_faces)
+    return most <= LARGEST and faces >= 2 * most
+
+
+@compiled
+def _assign(m, label, place, region, edges, faces, deep):
+    """Lock the edges that no region may collapse; region (e,) gets the box of the others, -1 for dead and locked ones.
+
+    edges, faces (boxes,): how many each box has. deep (n,) bool, of ones, keeps them for the deep vertices.
+    """
+    for f in range(len(m.corner) // 3):
+        a, b, c = m.corner[3 * f], m.corner[3 * f + 1], m.corner[3 * f + 2]
+        if a < 0:
+            continue
+        if label[a] == label[b] and label[b] == label[c]:
+            faces[label[a]] += 1
+        else:
+            deep[a] = deep[b] = deep[c] = False
+        for h in range(3 * f, 3 * f + 3):
+            if m.opposite[h] == h:
+                deep[m.corner[h]] = deep[m.corner[following(h)]] = False
+    for e in range(len(place)):
+        region[e] = -1
+        if place[e] == DEAD:
+            continue
+        i, j = m.corner[m.start[e]], m.corner[following(m.start[e])]
+        if deep[i] and deep[j]:
+            region[e] = label[i]
+            edges[label[i]] += 1
+        else:
+            place[e] = LOCKED
+
+
+def decimate_regions(work: Collapsing, base_faces: int, dear: float, progress: Progress, message: str) -> None:
+    """Collapse edges inside of boxes, and note them in the history of the work.
+
+    Only edges that pass the first tests, at a price of at most `dear`. Raises what `progress` does.
+    """
+    half, queue, counts = work.half, work.queue, work.counts
+    most, left = _size(base_faces)
+    living = np.flatnonzero(half.out >= 0)
+    label = np.full(len(half.out), -1, np.int32)
+    label[living] = boxes(half.X.take(living, 0), most // 2)
+    count = int(label.max()) + 1
+    region, edges, faces = np.empty(len(queue.place), np.int32), np.zeros(count, np.int64), np.zeros(count, np.int64)
+    _assign(half, label, queue.place, region, edges, faces, np.ones(len(label), bool))
+    order = order_of(region + 1)[len(region) - edges.sum():].astype(np.int32)
+    ends = np.cumsum(edges)
+    first_tests = Tests(*(column[:1] for column in work.tests))
+
+    def task(k: int) -> Collapsing:
+        seed = int(counts[5]) + 2 * k if counts[5] else 0
+        own = np.array([faces[k], 0, 0, 0, 0, seed, 0], np.int64)
+        heap, key = np.empty(edges[k], np.int32), np.empty(edges[k])
+        region = replace(work, queue=queue._replace(heap=heap, key=key), tests=first_tests, counts=own, history=History.empty())
+        region.offer(order[ends[k] - edges[k]:ends[k]])
+        while region.run(Scratch.make(), left, len(order), len(order), dear) == MORE:
+            pass
+        return region
+
+    regions = each(task, range(count), progress, message)
+    counts[0] -= sum(int(faces[k]) - region.faces for k, region in enumerate(regions))
+    parts = [region.history.used(region.counts) for region in regions]
+    work.history = work.history.followed_by(counts, parts, work.faces // 2)

@@ -1,0 +1,90 @@
+"""How far a decoded mesh is from its original, and how much smaller: the measures of paper section 4.1."""
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import MeshError
+from ..geometry.closest_point import Surface, sample
+from ..mesh.triangle_mesh import Frame, TriMesh
+
+DISTANCE_UNIT = 1e-4  # of the unit cube's side, as the paper's tables print distances
+
+
+@dataclass(frozen=True)
+class Metrics:
+    """Distances between a decoded mesh and its original, in the original's unit cube (longest side of its box 1).
+
+    d_pm: mean distance of points of the decoded surface to the original, in 1e-4 of the unit cube's side (paper).
+    d_normal: mean angle between the face normals at those points and at their closest points, in degrees, 0 to 180
+    (paper). d_reverse: mean distance of points of the original to the decoded surface, in 1e-4 of the side: what the
+    decoded mesh does not cover. d_p99: the distance that 99 of 100 points of the decoded surface stay within, d_max: the
+    largest distance of a point either way (at most the Hausdorff distance), both in 1e-4 of the side.
+    """
+
+    d_pm: float
+    d_normal: float
+    d_reverse: float
+    d_p99: float
+    d_max: float
+
+
+class Original:
+    """An original, ready to be compared with many decoded meshes: its search structure and samples are made once."""
+
+    def __init__(self, mesh: TriMesh, samples: int = 1_000_000, seed: int = 0) -> None:
+        """mesh: any frame; samples: points per direction; the same seed gives the same points.
+
+        Raises MeshError if the mesh has no extent or no area. Faces without area are left out: they have no normal.
+        """
+        self._frame = Frame.of(mesh.V)
+        self._mesh = _with_area(TriMesh(self._frame.to_unit(mesh.V), mesh.F), "original")
+        self._surface = Surface(self._mesh)
+        self._normals = self._mesh.face_normals()
+        self._samples, self._seed = samples, seed
+        self._points = sample(self._mesh, samples, seed)[0]
+
+    def evaluate(self, decoded: TriMesh) -> Metrics:
+        """Metrics of `decoded`, in the same frame as the original. Raises MeshError if it has no area."""
+        decoded = self._in_unit(decoded)
+        points, face = sample(decoded, self._samples, self._seed)
+        distance, _, nearest = self._surface.closest(points)
+        angle = _angle(decoded.face_normals()[face], self._normals[nearest])
+        reverse = Surface(decoded).closest(self._points)[0]
+        return Metrics(d_pm=float(distance.mean() / DISTANCE_UNIT), d_normal=float(np.degrees(angle.mean())),
+                       d_reverse=float(reverse.mean() / DISTANCE_UNIT),
+                       d_p99=float(np.percentile(distance, 99) / DISTANCE_UNIT),
+                       d_max=float(max(distance.max(), reverse.max()) / DISTANCE_UNIT))
+
+    def d_pm(self, decoded: TriMesh, samples: int) -> float:
+        """The d_pm of `decoded` alone, from so many points: for searches. Raises MeshError if it has no area."""
+        points = sample(self._in_unit(decoded), samples, self._seed)[0]
+        return float(self._surface.closest(points)[0].mean() / DISTANCE_UNIT)
+
+    def _in_unit(self, decoded: TriMesh) -> TriMesh:
+        return _with_area(TriMesh(self._frame.to_unit(decoded.V), decoded.F), "decoded mesh")
+
+
+def evaluate(decoded: TriMesh, original: TriMesh, samples: int = 1_000_000, seed: int = 0) -> Metrics:
+    """Metrics of `decoded` against `original`, both in the same frame; `samples` points each way.
+
+    Deterministic for a seed. Raises MeshError if either has no area. Use `Original` to compare many with one.
+    """
+    return Original(original, samples, seed).evaluate(decoded)
+
+
+def compression_ratio(source_vertices: int, base_vertices: int, numbers: int) -> float:
+    """The paper's CR = 3 |V| / (3 |V^0| + numbers): coordinates before, over coordinates and components of features
+    after. Connectivity, indices and entropy coding are not counted (paper section 4.1)."""
+    return 3 * source_vertices / (3 * base_vertices + numbers)
+
+
+def _with_area(mesh: TriMesh, name: str) -> TriMesh:
+    kept = mesh.F[mesh.face_areas() > 0]
+    if len(kept) == 0:
+        raise MeshError(f"Expected the {name} to have a surface, found only faces of zero area; check the file")
+    return TriMesh(mesh.V, kept)
+
+
+def _angle(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Angle between rows of unit vectors (n, 3), in radians; accurate near 0, where arccos is not."""
+    return 2 * np.arctan2(np.linalg.norm(a - b, axis=1), np.linalg.norm(a + b, axis=1))

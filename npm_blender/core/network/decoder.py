@@ -1,0 +1,100 @@
+"""The decoder (paper section 3.2): from the base mesh and whatever features arrived to the mesh of any level.
+
+Level i -> i + 1: hidden features h^i (upsampled from level i - 1), the 13 geometry features of the mesh decoded so far
+and the transmitted features f^i (zero where none arrived) pass a face convolution; one linear layer on the features of
+an edge's two faces displaces its midpoint, in the edge's local frame and in units of its length; the mean over both
+sides makes the result independent of the order of the two faces. The same layer moves the old vertices, by the mean
+over their corners, so that a base vertex that stands off the surface for the good of the coarse mesh leaves no spike.
+Levels from 3 on reuse the network of level 2. Beyond the paper, offsets move midpoints along the normal of their edge on top
+of that: what the network cannot say in few bytes, and what it sees when it predicts the next level.
+"""
+from typing import NamedTuple
+
+from .input_features import geometry_features
+from .layers import MeshIndex, bilinear_upsample, corner_frames, edge_frames, face_convolution, two_face_linear
+
+FEATURES = 8  # numbers in a latent feature
+EDGES = 3  # numbers in a feature of offsets
+SLOT_FEATURES = 4
+
+
+def feature_slots(B, f):
+    """Transmitted features in slots: (m, 8) -> (3 m, 4). Two belong to the whole face, two to each of its corners."""
+    m = len(f)
+    whole = B.concat([f[:, None, :2]] * 3, 1)
+    return B.concat([whole, f[:, 2:].reshape(m, 3, 2)], 2).reshape(3 * m, SLOT_FEATURES)
+
+
+def network_level(params: dict, level: int) -> dict:
+    """The decoder's parameters for a step from `level` to the next; the last trained one serves all finer levels."""
+    steps = params["decoder"]
+    return steps[min(level, len(steps) - 1)]
+
+
+class Step(NamedTuple):
+    """What the network says of the next level, before offsets: old (n, 3) and middle (e, 3), the vertices and the midpoints
+    of the edges; normal (e, 3) of the edges, along which offsets move; hidden (3 m, C)."""
+
+    old: object
+    middle: object
+    normal: object
+    hidden: object
+
+    def vertices(self, B, offsets=None):
+        """Vertices of the next level, (n + e, 3); offsets: (e, 1) in the frame of the vertices, or None."""
+        return B.concat([self.old, self.middle if offsets is None else self.middle + self.normal * offsets], 0)
+
+
+def predict(B, params: dict, level: int, V, hidden, f, mesh: MeshIndex) -> Step:
+    """From a level to the next: V (n, 3), f (m, 8) and mesh of the level; hidden (3 m, C): what `handed_down` made of the
+    step before, None for the first."""
+    step = network_level(params, level)
+    g = geometry_features(B, V, mesh)
+    s = feature_slots(B, f)
+    x = B.concat([g, s] if hidden is None else [hidden, g, s], 1)
+    y = face_convolution(B, x, mesh.opposite, step["conv1"])
+    y = face_convolution(B, y, mesh.opposite, step["conv2"]) + B.product(x, step["skip"])
+    offset = two_face_linear(B, B.concat([y, g, s], 1), mesh.opposite, step["displace"])
+    middle, corner = B.split(offset, [3, 3])
+    return Step(moved_vertices(B, V, corner, mesh), *displaced_midpoints(B, V, middle, mesh), y)
+
+
+def handed_down(B, params: dict, level: int, hidden, mesh: MeshIndex):
+    """Hidden features (3 m, C) of the step from a level, with the level's mesh, for the step after it: (12 m, C')."""
+    return bilinear_upsample(B, hidden, mesh.opposite, network_level(params, level)["up"])
+
+
+def displaced_midpoints(B, V, offset, mesh: MeshIndex):
+    """V (n, 3) and offsets (3 m, 3), one per half-edge in its own frame and in units of its length -> displaced midpoints
+    (e, 3), and the normals of the edges (e, 3)."""
+    x, y, z, length = edge_frames(B, V, mesh)
+    left, right = B.take(offset, mesh.left), B.take(offset, mesh.right)
+    # seen from the right half-edge x and y are negated; on the border left and right are the same half-edge
+    sign = 1 - 2 * B.take(mesh.inner, mesh.left)
+    along, across, up = ((left[:, k] + (sign[:, 0] if k < 2 else 1) * right[:, k])[:, None] / 2 for k in range(3))
+    middle = (B.take(V, mesh.edge_a) + B.take(V, mesh.edge_b)) / 2
+    return middle + length * (x * along + y * across + z * up), z
+
+
+def moved_vertices(B, V, offset, mesh: MeshIndex):
+    """V (n, 3) and offsets (3 m, 3), one per corner in its own frame -> V moved by their means (n, 3)."""
+    x, y, z, length = corner_frames(B, V, mesh)
+    step = length * (x * offset[:, :1] + y * offset[:, 1:2] + z * offset[:, 2:])
+    return V + B.scatter_sum(step, mesh.F, mesh.n) * mesh.share
+
+
+def decode(B, params: dict, V0, features: list, meshes: list, offsets: list | None = None):
+    """Meshes of levels 1..L.
+
+    V0 (n0, 3) unit frame; features: f^0..f^(L-1), each (m_i, 8); meshes: MeshIndex of levels 0..L-1; offsets: of the
+    midpoints of the edges of levels 0..L-1 along their normals, each (e_i, 1), unit frame.
+    Returns the list of vertex arrays V^1..V^L, each (n_i, 3).
+    """
+    V, hidden, out = V0, None, []
+    for i, (f, mesh) in enumerate(zip(features, meshes, strict=True)):
+        if i:
+            hidden = handed_down(B, params, i - 1, hidden, meshes[i - 1])
+        step = predict(B, params, i, V, hidden, f, mesh)
+        V, hidden = step.vertices(B, None if offsets is None else offsets[i]), step.hidden
+        out.append(V)
+    return out

@@ -1,0 +1,47 @@
+"""Offsets without torch: level by level, along the normal of each edge to the surface of the input.
+
+Coarser than `offsetfit`, which knows what an offset does to the levels above; for senders that have no torch.
+"""
+
+import numpy as np
+
+from ..geometry.closest_point import Surface
+from ..network.decoder import decode
+from ..network.layers import MeshIndex, edge_frames
+from ..network.numpy_backend import NUMPY
+
+ROUNDS = 3  # steps to the nearest point of the surface, each as far as the normal goes
+REACH = 0.5  # of the edge's length, at most
+
+
+def traced_offsets(
+    params: dict,
+    V0: np.ndarray,
+    latents: list[np.ndarray],
+    meshes: list[MeshIndex],
+    surface: Surface,
+    before: list[np.ndarray],
+    steps: np.ndarray,
+) -> list[np.ndarray]:
+    """Integers (e_i,) int32 per level, each level with the rounded ones below it in place.
+
+    V0 (n0, 3), surface: unit frame; latents: (m_i, 8) per level; meshes: of levels 0..L-1; before: (e_i,) per level, the
+    offsets of the pass before, unit frame; steps (L,): quantization steps, unit frame.
+    """
+    V, sent, out = NUMPY.array(V0), [], []
+    for level, (mesh, base, step) in enumerate(zip(meshes, before, steps, strict=True)):
+        _, _, normal, length = edge_frames(NUMPY, V, mesh)
+
+        def finer(last, level=level):
+            return decode(NUMPY, params, NUMPY.array(V0), latents[: level + 1], meshes[: level + 1], [*sent, last])[-1]
+
+        middle = finer(base.astype(np.float32)[:, None])[len(V) :].astype(np.float64)
+        along = np.zeros(len(middle))
+        for _ in range(ROUNDS):
+            _, point, _ = surface.closest(middle + normal * along[:, None])
+            along = ((point - middle) * normal).sum(1)
+            along = np.clip(along, -REACH * length[:, 0], REACH * length[:, 0])
+        out.append(np.rint(along / step).astype(np.int32))
+        sent.append((base + out[-1] * step).astype(np.float32)[:, None])
+        V = finer(sent[-1])
+    return out

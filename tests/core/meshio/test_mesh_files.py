@@ -1,0 +1,360 @@
+import os
+import subprocess
+import sys
+import tracemalloc
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from npm_blender.core.errors import DependencyError, FileError, MeshError, NpmError
+from npm_blender.core.geometry.welding import weld
+from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.meshio.mesh_files import read_mesh, write_mesh
+from npm_blender.core.meshio.triangulation import triangulate
+
+CUBE_V = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+CUBE_Q = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
+CUBE = TriMesh.from_arrays(CUBE_V, np.concatenate([CUBE_Q[:, :3], CUBE_Q[:, [0, 2, 3]]]))
+
+
+def volume(mesh):
+    a, b, c = mesh.V[mesh.F].swapaxes(0, 1)
+    return np.einsum("nx,nx->", a, np.cross(b, c)) / 6
+
+
+def ply_text(vertices, faces, extra=""):
+    rows = [" ".join(map(str, v)) for v in vertices] + [" ".join(map(str, [len(f), *f])) for f in faces]
+    return ("ply\nformat ascii 1.0\ncomment made by hand\n" f"element vertex {len(vertices)}\n"
+            "property float x\nproperty float y\nproperty float z\n" f"{extra}element face {len(faces)}\n"
+            "property list uchar int vertex_indices\nend_header\n" + "\n".join(rows) + "\n").encode()
+
+
+@pytest.fixture
+def given_file(tmp_path):
+    def make(name, data):
+        (tmp_path / name).write_bytes(data)
+        return tmp_path / name
+    return make
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".stl", ".glb", ".PLY"])
+def test_what_is_written_is_read_back(tmp_path, suffix):
+    path = tmp_path / f"cube{suffix}"
+    write_mesh(path, CUBE)
+    back = read_mesh(path)
+    assert volume(back) == pytest.approx(1) and back.V.shape == (8, 3)
+    np.testing.assert_allclose(back.V[back.F], CUBE.V[CUBE.F])  # same faces, same order; vertices may be renumbered
+    assert os.listdir(tmp_path) == [path.name]
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".glb"])
+@given(st.integers(0, 2**31), st.integers(3, 60))
+@settings(max_examples=15, deadline=None)
+def test_any_mesh_survives_a_round_trip(tmp_path_factory, suffix, seed, n):
+    random = np.random.default_rng(seed)
+    V = random.normal(size=(n, 3)).astype(np.float32).astype(np.float64)
+    F = np.array([random.choice(n, 3, replace=False) for _ in range(2 * n)])
+    path = tmp_path_factory.mktemp("m") / f"m{suffix}"
+    write_mesh(path, TriMesh.from_arrays(V, F))
+    back = read_mesh(path)
+    np.testing.assert_array_equal(back.V[back.F].astype(np.float32), V[F])
+
+
+def test_ply_keeps_millimetres_far_from_the_origin(tmp_path):
+    moved = TriMesh(CUBE.V * 0.01 + 5e5, CUBE.F)
+    write_mesh(tmp_path / "far.ply", moved)
+    np.testing.assert_allclose(read_mesh(tmp_path / "far.ply").V, moved.V, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("order", ["little", "big"])
+def test_binary_ply_with_colours_quads_triangles_and_other_elements(given_file, order):
+    e = {"little": "<", "big": ">"}[order]
+    vertices = np.zeros(8, [("r", "u1"), ("x", e + "f8"), ("q", e + "i2"), ("y", e + "f4"), ("z", e + "f4")])
+    vertices["x"], vertices["y"], vertices["z"] = CUBE_V.T
+    faces = b"".join(np.array([4], e + "u2").tobytes() + np.array(q, e + "u4").tobytes() + b"\x07" for q in CUBE_Q[:5])
+    for t in ([1, 3, 7], [1, 7, 5]):
+        faces += np.array([3], e + "u2").tobytes() + np.array(t, e + "u4").tobytes() + b"\x07"
+    header = (f"ply\nformat binary_{order}_endian 1.0\nobj_info x\nelement vertex 8\nproperty uchar red\n"
+              "property double x\nproperty short q\nproperty float y\nproperty float z\n"
+              "element skip 2\nproperty list uchar float values\nelement face 7\n"
+              "property list ushort uint vertex_index\nproperty uchar flags\nend_header\n").encode()
+    skip = b"\x01" + np.array([1.5], e + "f4").tobytes() + b"\x00"
+    mesh = read_mesh(given_file("cube.ply", header + vertices.tobytes() + skip + faces))
+    assert mesh.F.shape == (12, 3) and volume(mesh) == pytest.approx(1)
+
+
+
+
+def rows(letter, numbers, end="\n"):
+    return "".join(" ".join([letter, *(f"{x:g}" for x in row)]) + end for row in numbers)
+
+
+OBJ = rows("v", CUBE_V)
+OBJ_STYLES = {
+    "quads": OBJ + rows("f", CUBE_Q + 1),
+    "texture seams": OBJ + "vt 0 0\nvt 1 1\nvn 0 0 1\n" + "".join(
+        "f " + " ".join(f"{c + 1}/{1 + i % 2}/1" for c in q) + "\n" for i, q in enumerate(CUBE_Q)),
+    "normals only": OBJ + "vn 0 0 1\n" + "".join("f " + " ".join(f"{c + 1}//1" for c in q) + "\n" for q in CUBE_Q),
+    "counted back": OBJ + rows("f", CUBE_Q - 8),
+    "objects, materials, colours, windows lines": "mtllib a.mtl\r\no a\r\n" + rows("v", CUBE_V, " 1 0 0\r\n")
+    + "usemtl red\r\ns off\r\n" + rows("f", CUBE_Q + 1, "\r\n") + "g b\r\nl 1 2\r\n",
+    "lines continued": OBJ + "".join(f"f {a} {b} \\\n{c} {d}\n" for a, b, c, d in CUBE_Q + 1),
+    "vertices after faces": rows("f", CUBE_Q + 1) + OBJ,
+}
+
+
+@pytest.mark.parametrize("style", OBJ_STYLES)
+def test_obj_of_every_style_is_the_same_cube(given_file, style):
+    mesh = read_mesh(given_file("cube.obj", OBJ_STYLES[style].encode()))
+    assert mesh.V.shape == (8, 3) and mesh.F.shape == (12, 3) and volume(mesh) == pytest.approx(1)
+
+
+def test_gltf_scenes_are_placed_mirrored_and_joined(tmp_path):
+    import trimesh
+    scene = trimesh.Scene()
+    cube = trimesh.Trimesh(CUBE.V, CUBE.F, process=False)
+    place, mirror = np.eye(4), np.diag([-2.0, 1, 1, 1])
+    place[:3, 3] = 5, 0, 0
+    scene.add_geometry(cube, transform=place)
+    scene.add_geometry(cube, transform=mirror)
+    (tmp_path / "s.glb").write_bytes(scene.export(file_type="glb"))
+    mesh = read_mesh(tmp_path / "s.glb")
+    assert mesh.V.shape == (16, 3) and mesh.V[:, 0].min() == -2 and mesh.V[:, 0].max() == 6
+    assert volume(mesh) == pytest.approx(1 + 2)  # the mirrored one is still counter-clockwise from outside
+
+
+def test_draco_is_read(given_file):
+    import DracoPy
+    mesh = read_mesh(given_file("c.drc", DracoPy.encode(CUBE.V.astype(np.float32), CUBE.F.astype(np.uint32))))
+    assert volume(mesh) == pytest.approx(1, rel=1e-3)
+
+
+def test_draco_without_its_package_says_how_to_get_it(given_file, monkeypatch):
+    monkeypatch.setitem(sys.modules, "DracoPy", None)
+    with pytest.raises(DependencyError, match="pip install DracoPy"):
+        read_mesh(given_file("c.drc", b"DRACO"))
+
+
+def test_a_text_stl_of_two_solids_is_read(given_file):
+    def solid(z):
+        faces = [f"facet normal 0 0 0\nouter loop\n{rows('vertex', t + [0, 0, z])}endloop\nendfacet\n"
+                 for t in CUBE.V[CUBE.F]]
+        return "solid a\n" + "".join(faces) + "endsolid a\n"
+    mesh = read_mesh(given_file("two.stl", (solid(0) + solid(3)).encode()))
+    assert mesh.V.shape == (16, 3) and volume(mesh) == pytest.approx(2)
+
+
+def binary(suffix):
+    import tempfile
+    from pathlib import Path
+    with tempfile.TemporaryDirectory() as folder:
+        write_mesh(Path(folder) / f"c{suffix}", CUBE)
+        return (Path(folder) / f"c{suffix}").read_bytes()
+
+
+STL_TEXT = b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+HEADER = b"ply\nformat ascii 1.0\nelement vertex %s\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+BAD_FILES = {
+    "unknown suffix": ("a.fbx", b"x", FileError, "found 'a.fbx'"),
+    "no suffix": ("mesh", b"x", FileError, "Expected a mesh file"),
+    "empty ply": ("a.ply", b"", FileError, "empty file"),
+    "empty stl": ("a.stl", b"", FileError, "empty file"),
+    "empty glb": ("a.glb", b"", FileError, "empty file"),
+    "garbage ply": ("a.ply", b"\x00\x01garbage" * 50, FileError, "starts with 'ply'"),
+    "garbage obj": ("a.obj", b"\x00\x01garbage" * 50, FileError, "found neither"),
+    "garbage stl": ("a.stl", b"\x00\x01garbage" * 50, FileError, "a.stl"),
+    "one byte stl": ("a.stl", b"x", FileError, "a.stl"),
+    "garbage glb": ("a.glb", b"glTF" + b"\x03garbage" * 50, FileError, "damaged or foreign"),
+    "garbage gltf": ("a.gltf", b"{not json", FileError, "damaged or foreign"),
+    "gltf without its buffer": ("a.gltf",
+                                b'{"asset": {"version": "2.0"}, "buffers": [{"uri": "b.bin", "byteLength": 9}]}',
+                                FileError, "damaged or foreign"),
+    "garbage drc": ("a.drc", b"\x00\x01garbage" * 50, FileError, "damaged or foreign"),
+    "stl named ply": ("a.ply", binary(".stl"), FileError, "starts with 'ply'"),
+    "ply named stl": ("a.stl", binary(".ply"), FileError, "a.stl"),
+    "obj named glb": ("a.glb", OBJ.encode(), FileError, "damaged or foreign"),
+    "truncated ply": ("a.ply", binary(".ply")[:-5], FileError, "cut short"),
+    "truncated ply vertices": ("a.ply", binary(".ply")[:-200], FileError, "cut short"),
+    "truncated ply header": ("a.ply", binary(".ply")[:60], FileError, "end_header"),
+    "truncated text ply": ("a.ply", ply_text(CUBE_V, CUBE_Q)[:-12], FileError, "cut short"),
+    "truncated text ply vertices": ("a.ply", ply_text(CUBE_V, CUBE_Q)[:-120], FileError, "cut short"),
+    "truncated stl": ("a.stl", binary(".stl")[:300], FileError, "cut short"),
+    "truncated text stl": ("a.stl", STL_TEXT * 4, FileError, "endsolid"),
+    "truncated glb": ("a.glb", binary(".glb")[:-100], FileError, "damaged or foreign"),
+    "truncated drc": ("a.drc", b"DRACO\x02\x02\x01\x01", FileError, "damaged or foreign"),
+    "obj cut in a vertex": ("a.obj", b"v 0 0 0\nv 1 0", FileError, "three numbers"),
+    "obj face beyond its vertices": ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", FileError, "found vertex 9"),
+    "obj vertex number zero": ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", FileError, "found 0"),
+    "obj words for numbers": ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf a b c\n", FileError, "found others"),
+    "ply face beyond its vertices": ("a.ply", ply_text(CUBE_V, [[0, 1, 99]]), FileError, "0..99"),
+    "ply negative face": ("a.ply", ply_text(CUBE_V, [[0, 1, -1]]), FileError, "-1..1"),
+    "ply of a billion vertices": ("a.ply", HEADER % b"1000000000", FileError, "cut short"),
+    "ply of minus one vertex": ("a.ply", HEADER % b"-1", FileError, "negative"),
+    "ply unknown type": ("a.ply", (HEADER % b"1").replace(b"float x", b"quux x"), FileError, "quux"),
+    "ply without coordinates": ("a.ply", (HEADER % b"1").replace(b"float x", b"float u") + b"0 0 0", FileError, "x, y"),
+    "point cloud ply": ("a.ply", HEADER % b"2" + b"0 0 0\n1 1 1\n", MeshError, "2 points without faces"),
+    "point cloud obj": ("a.obj", b"v 0 0 0\nv 1 1 1\n", MeshError, "2 points without faces"),
+    "lines only obj": ("a.obj", b"v 0 0 0\nv 1 1 1\nl 1 2\n", MeshError, "without faces"),
+    "NaN ply": ("a.ply", ply_text([[0, 0, "nan"], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), MeshError, "1 vertices with"),
+    "infinite obj": ("a.obj", b"v 0 0 inf\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", MeshError, "1 vertices with NaN"),
+    "no vertices and no faces": ("a.ply", ply_text([], []), MeshError, "with vertices, found none"),
+}
+
+
+@pytest.mark.parametrize("name", BAD_FILES)
+def test_bad_file(given_file, name):
+    file, data, kind, message = BAD_FILES[name]
+    path = given_file(file, data)
+    with pytest.raises(kind) as caught:
+        read_mesh(path)
+    text = str(caught.value)
+    assert message in text and "\n" not in text and path.name in text and len(text) < 300
+
+
+@given(st.sampled_from([".ply", ".obj", ".stl", ".glb"]), st.data())
+@settings(max_examples=120, deadline=None)
+def test_damaged_bytes_end_in_a_mesh_or_a_named_error(tmp_path_factory, suffix, data):
+    content = bytearray(binary(suffix))
+    for _ in range(data.draw(st.integers(1, 4))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    path = tmp_path_factory.mktemp("bad") / f"bad{suffix}"
+    path.write_bytes(content[:data.draw(st.integers(1, len(content)))])
+    try:
+        mesh = read_mesh(path)
+    except NpmError as error:
+        assert "\n" not in str(error)
+    else:
+        assert np.isfinite(mesh.V).all() and mesh.F.min() >= 0 and mesh.F.max() < len(mesh.V)
+
+
+def test_missing_file_folder_and_bad_path_are_named(tmp_path):
+    (tmp_path / "folder.ply").mkdir()
+    with pytest.raises(FileError, match="found none"):
+        read_mesh(tmp_path / "missing.ply")
+    with pytest.raises(FileError, match="found a folder"):
+        read_mesh(tmp_path / "folder.ply")
+    with pytest.raises(FileError, match="Expected a path"):
+        read_mesh("nul\0.ply")
+
+
+def test_write_refuses_by_name_and_leaves_nothing(tmp_path):
+    (tmp_path / "folder.ply").mkdir()
+    for path, message in ((tmp_path / "a.drc", ".ply .obj .stl .glb"), (tmp_path / "no" / "a.ply", "create it first"),
+                          (tmp_path / "folder.ply", "found the folder")):
+        with pytest.raises(FileError, match=message):
+            write_mesh(path, CUBE)
+    assert os.listdir(tmp_path) == ["folder.ply"]
+
+
+def test_a_failed_write_keeps_the_old_file(tmp_path, monkeypatch):
+    write_mesh(tmp_path / "a.ply", CUBE)
+    before = (tmp_path / "a.ply").read_bytes()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+    monkeypatch.setattr(os, "replace", full)
+    with pytest.raises(FileError, match="No space left"):
+        write_mesh(tmp_path / "a.ply", TriMesh(CUBE.V * 2, CUBE.F))
+    assert (tmp_path / "a.ply").read_bytes() == before and os.listdir(tmp_path) == ["a.ply"]
+
+
+@pytest.mark.parametrize("step", ["read_bytes", "write_bytes"])
+def test_no_permission_is_named(tmp_path, monkeypatch, step):
+    write_mesh(tmp_path / "a.ply", CUBE)
+
+    def denied(*_):
+        raise PermissionError(13, "Permission denied")
+    monkeypatch.setattr("pathlib.Path." + step, denied)
+    with pytest.raises(FileError, match="Permission denied; check"):
+        read_mesh(tmp_path / "a.ply") if step == "read_bytes" else write_mesh(tmp_path / "b.ply", CUBE)
+
+
+def test_reading_and_writing_need_no_scipy_networkx_or_pillow(tmp_path):
+    program = """
+import sys
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("scipy", "networkx", "PIL", "requests", "lxml", "shapely", "torch"):
+            raise ImportError(name)
+sys.meta_path.insert(0, Absent())
+import numpy as np
+from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.meshio.mesh_files import read_mesh, write_mesh
+for suffix in (".ply", ".obj", ".stl", ".glb"):
+    path = sys.argv[1] + "/a" + suffix
+    write_mesh(path, TriMesh(np.eye(3), np.array([[0, 1, 2]], np.int32)))
+    assert read_mesh(path).F.shape == (1, 3)
+"""
+    subprocess.run([sys.executable, "-c", program, str(tmp_path)], check=True)
+
+
+def test_a_header_that_lies_takes_no_memory(given_file):
+    path = given_file("a.ply", HEADER % b"90000000")
+    tracemalloc.start()
+    with pytest.raises(FileError):
+        read_mesh(path)
+    assert tracemalloc.get_traced_memory()[1] < 5_000_000
+    tracemalloc.stop()
+
+
+def area(V, F):
+    return np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])
+
+
+CONCAVE = {
+    "arrow quad": [[0, 0], [2, 1], [0, 2], [0.5, 1]],
+    "arrow quad turned": [[0.5, 1], [0, 0], [2, 1], [0, 2]],
+    "L": [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]],
+    "comb": [[0, 0], [7, 0], [7, 3], [6, 1], [5, 3], [4, 1], [3, 3], [2, 1], [1, 3], [0, 1]],
+    "corner on an edge": [[0, 0], [1, 0], [2, 0], [2, 2], [0, 2]],
+}
+
+
+@pytest.mark.parametrize("name", CONCAVE)
+@pytest.mark.parametrize("turn", [0, 1, 2])
+def test_concave_polygons_stay_inside(name, turn):
+    outline = np.array(CONCAVE[name], float)
+    V = np.roll(np.column_stack([outline, np.zeros(len(outline))]), turn, 1)
+    F = triangulate(V, np.arange(len(V)), np.array([len(V)]))
+    x, y = outline.T
+    whole = 0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum()
+    normal = np.roll([0, 0, 1.0], turn)
+    assert F.shape == (len(V) - 2, 3)
+    assert (area(V, F) @ normal >= 0).all() and area(V, F).sum(0) @ normal / 2 == pytest.approx(whole)
+
+
+@given(st.integers(3, 80), st.integers(0, 2**31))
+@settings(max_examples=50, deadline=None)
+def test_star_shaped_polygons_keep_their_area(n, seed):
+    random = np.random.default_rng(seed)
+    angle = (np.arange(n) + random.uniform(0.1, 0.9, n)) * 2 * np.pi / n
+    V = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]) * random.uniform(0.2, 1, n)[:, None]
+    F = triangulate(V, np.arange(n), np.array([n]))
+    assert len(F) == n - 2 and set(F.ravel()) == set(range(n))
+    assert np.abs(area(V, F)[:, 2]).sum() == pytest.approx(np.abs(area(V, F)[:, 2].sum()))
+
+
+def test_points_and_lines_give_no_triangles_and_flat_polygons_do_not_hang():
+    V = np.column_stack([np.arange(6.0), np.zeros(6), np.zeros(6)])
+    F = triangulate(V, np.array([0, 0, 1, 0, 1, 2, 3, 4, 5, 1, 1, 1, 1, 1]), np.array([1, 2, 6, 5]))
+    assert len(F) == 4 + 3
+
+
+def test_a_polygon_of_very_many_corners_does_not_hang():
+    """The work is linear for a round one; one that crosses itself everywhere is cut as it comes at some point."""
+    n = 20_000
+    angle = np.arange(n) * 2 * np.pi / n
+    V = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    F = triangulate(V, np.arange(n), np.array([n]))
+    assert (area(V, F)[:, 2] > 0).all() and area(V, F)[:, 2].sum() / 2 == pytest.approx(np.pi, rel=1e-6)
+    V = np.random.default_rng(0).random((n, 3)) * [1, 1, 0]
+    F = triangulate(V, np.arange(n), np.array([n]))
+    assert len(F) == n - 2 and np.bincount(F.ravel(), minlength=n).min() > 0
+
+
+def test_weld_joins_exactly_equal_places_only():
+    V = np.array([[0, 0, 0], [1, 2, 3], [-0.0, 0, 0], [1, 2, np.nextafter(3, 4)], [1, 2, 3.0]])
+    first, place = weld(V)
+    assert first.tolist() == [0, 1, 3] and place.tolist() == [0, 1, 0, 2, 1]

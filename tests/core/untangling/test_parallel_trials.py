@@ -1,0 +1,49 @@
+import numpy as np
+import pytest
+
+from npm_blender.core.decimation.qem import decimate
+from npm_blender.core.levels.lod_sequence import levels
+from npm_blender.core.untangling import parallel_trials as module
+from npm_blender.core.untangling.parallel_trials import Shakers
+
+from .lod_meshes import plate
+from .test_patch import Flat
+from .test_shake import turned
+
+
+@pytest.mark.parametrize("count", ["2", "3", "4"])
+def test_the_same_points_on_any_number_of_threads(count, monkeypatch):
+    asked = []
+    plain = Shakers.shake
+    monkeypatch.setattr(Shakers, "shake", lambda self, faces, trials, covered: (
+        asked.append(trials), plain(self, faces, trials, covered))[1])
+    decimation = decimate(plate(), 100)
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    one = levels(decimation, 3)
+    monkeypatch.setenv("OMP_NUM_THREADS", count)
+    many = levels(decimation, 3)
+    assert asked
+    assert np.array_equal(one.V, many.V) and np.array_equal(one.source_face, many.source_face)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_every_copy_of_the_points_is_the_same_after_each_shake(count, monkeypatch):
+    monkeypatch.setattr(module, "threads", lambda: count)
+    flat = Flat()
+    flat.patch.state[2] = 10**6
+    rng = np.random.default_rng(3)
+    free = np.flatnonzero(~flat.rings.fixed)
+    with Shakers(flat.surface, flat.rings, flat.points, flat.patch, 16) as shakers:
+        for v in rng.choice(free, 6, replace=False):
+            flat.patch.state[3] += 1
+            flat.patch.moved[v] = flat.patch.state[3]
+            flat.points.P[v, :2] += rng.uniform(-0.2, 0.2, 2)
+            faces = np.flatnonzero(turned(flat))
+            while len(faces):
+                before = turned(flat).sum()
+                at = shakers.shake(faces, 16, 0.5)
+                assert (at >= 0) == (turned(flat).sum() < before)
+                faces = faces[at + 1:] if at >= 0 else faces[:0]
+                for copy in shakers._points[1:]:
+                    assert all(np.array_equal(a, b) for a, b in zip(flat.points, copy, strict=True))
+        assert len(shakers._points) == count
