@@ -20,10 +20,10 @@ from npm_blender.core.cleaning.cleanup import clean
 from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.evaluation.metrics import Original
 from npm_blender.core.geometry.normals import vertex_normals
-from npm_blender.core.levels.lod_sequence import levels
+from npm_blender.core.levels.lod_sequence import build_levels
 from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 
 from . import jobs
 from .corpus import Entry, entries
@@ -56,11 +56,11 @@ def turned(V: np.ndarray, N: np.ndarray, F: np.ndarray) -> float:
 def measure(task: Task) -> dict:
     """Row of one mesh."""
     mesh, report = clean(task.entry.read(), "auto")
-    unit = TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F)
+    unit = TriMesh(UnitFrame.of(mesh.V).to_unit(mesh.V), mesh.F)
     begun = time.process_time()
     decimation = decimate(unit, BASE_FACES)
     middle = time.process_time()
-    lod = levels(decimation, LEVELS)
+    lod = build_levels(decimation, LEVELS)
     seconds = (middle - begun, time.process_time() - middle)
     source, base = topology_of(unit.F), topology_of(lod.F0)
     lods = hierarchy(lod.F0, len(lod.V0), LEVELS)
@@ -85,7 +85,7 @@ def measure(task: Task) -> dict:
         row["border"] = there / border_length(unit.V, unit.F, decimation.opposite)
     if task.floor:
         original = Original(unit, 50_000)
-        for name, V in (("fitted", lod.V), ("sampled", levels(decimation, LEVELS, fitted=False).V)):
+        for name, V in (("fitted", lod.V), ("sampled", build_levels(decimation, LEVELS, fitted=False).V)):
             m = original.evaluate(TriMesh(V, finest))
             row[name] = [m.d_pm, m.d_normal, m.d_reverse]
     return row

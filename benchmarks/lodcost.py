@@ -18,8 +18,8 @@ import numpy as np
 from npm_blender.core.cleaning.cleanup import clean
 from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.geometry.spatial_order import in_morton_order
-from npm_blender.core.levels.lod_sequence import levels
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.levels.lod_sequence import build_levels
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.parallel import threads
 from tests.shapes import bumpy, torus
 
@@ -44,7 +44,7 @@ def seconds(work: Callable[[], object], repeats: int) -> tuple[float, object]:
 def measured(mesh: TriMesh, repeats: int) -> dict[str, float]:
     """Seconds of each step and of both ways of qslim, for a mesh in the unit frame; and this process's peak memory in MB."""
     one, decimation = seconds(lambda: decimate(in_morton_order(mesh), BASE_FACES), repeats)
-    two, _ = seconds(lambda: levels(decimation, LEVELS), repeats)
+    two, _ = seconds(lambda: build_levels(decimation, LEVELS), repeats)
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     V, F = np.asfortranarray(mesh.V), np.asfortranarray(mesh.F)
     plain, _ = seconds(lambda: igl.qslim(V, F, BASE_FACES), repeats)
@@ -66,12 +66,12 @@ def meshes(corpus: Path) -> Iterator[tuple[str, TriMesh, int]]:
 
 def table(corpus: Path) -> list[str]:
     """Lines of the table, and what it comes to."""
-    levels(decimate(bumpy(3), 100), 1)
+    build_levels(decimate(bumpy(3), 100), 1)
     lines = ["| mesh | faces | decimate, s | levels, s | qslim, s | ratio | blocking qslim, s | ratio |",
              "|---|---|---|---|---|---|---|---|"]
     rows = []
     for name, mesh, repeats in meshes(corpus):
-        row = measured(TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F), repeats)
+        row = measured(TriMesh(UnitFrame.of(mesh.V).to_unit(mesh.V), mesh.F), repeats)
         ours = row["decimate"] + row["levels"]
         row |= {"total": ours, "to plain": ours / row["qslim"], "to blocked": ours / row["blocked"]}
         stuck = f" (ends at {row['left']:,} faces)" if row["left"] > BASE_FACES else ""

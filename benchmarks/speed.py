@@ -117,12 +117,12 @@ def _all(repeats: int, depth: int, slow: bool, groups: list[str]) -> dict:
     """The figures of `measure`, in this process but for the memory."""
     import torch
 
-    from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+    from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
     from tests.shapes import bumpy
 
     torch.set_num_threads(1)
     mesh = bumpy(depth)
-    mesh = TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F)
+    mesh = TriMesh(UnitFrame.of(mesh.V).to_unit(mesh.V), mesh.F)
     with tempfile.TemporaryDirectory() as folder:
         inputs = Inputs.write(Path(folder), mesh)
         todo = [o for o in operations() if (slow or not o.slow) and (not groups or o.group in groups)]
@@ -181,7 +181,7 @@ def _forward(data: bytes, repeats: int) -> dict[str, dict[str, float]]:
     from npm_blender.core.network import weights
     from npm_blender.core.network.decoder import decode
     from npm_blender.core.network.encoder import encode
-    from npm_blender.core.network.layers import MeshIndex
+    from npm_blender.core.network.mesh_index import MeshIndex
     from npm_blender.core.network.numpy_backend import NUMPY
     from npm_blender.core.network.parameters import map_tree
     from npm_blender.core.network.torch_backend import TorchBackend

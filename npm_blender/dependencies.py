@@ -10,7 +10,7 @@ from .packages import remedy
 
 if TYPE_CHECKING:
     from .core.codec.progressive_mesh import ProgressiveMesh
-    from .core.codec.stored_stream import Received
+    from .core.codec.stored_stream import StoredStream
 
 
 @contextmanager
@@ -27,7 +27,7 @@ def named_dependencies() -> Iterator[None]:
                               f"{remedy(name)}") from error
 
 
-def receive(data: bytes) -> "Received":
+def receive(data: bytes) -> "StoredStream":
     """`core.received.receive` in this process. Raises StreamError or DependencyError.
 
     The window stands still while numba is loaded, half a second, or compiles, ten; where there is one, jobs.ReadJob
@@ -40,7 +40,7 @@ def receive(data: bytes) -> "Received":
         return receive(data)
 
 
-def open_received(received: "Received") -> "ProgressiveMesh":
+def open_received(received: "StoredStream") -> "ProgressiveMesh":
     """`Received.open`. Raises StreamError, WeightsError or DependencyError."""
     with named_dependencies():
         return received.open()

@@ -24,7 +24,7 @@ from .estimate import remaining
 from .worker_settings import WorkerSettings
 
 if TYPE_CHECKING:
-    from .core.codec.stored_stream import Received
+    from .core.codec.stored_stream import StoredStream
     from .core.mesh.triangle_mesh import TriMesh
 
 PACKAGE_FOLDER = Path(__file__).parent
@@ -57,7 +57,7 @@ class WorkerCrash(RuntimeError):
 class Compressed:
     """stream: the compressed mesh, read again; report: the fields of the core's CompressReport; seconds: all of it."""
 
-    stream: "Received"
+    stream: "StoredStream"
     report: dict
     seconds: float
 
@@ -157,7 +157,7 @@ class Job:
             raise
         return self.result()
 
-    def _received(self, k: int) -> "Received":
+    def _received(self, k: int) -> "StoredStream":
         from .worker import load_received
 
         return load_received(self._folder, k)
@@ -274,7 +274,7 @@ class ReadJob(Job):
 
         super().__init__(lambda folder: write_paths(folder, paths), scratch, machine)
 
-    def _collect(self, report: list[dict]) -> "list[Received | errors.NpmError]":
+    def _collect(self, report: list[dict]) -> "list[StoredStream | errors.NpmError]":
         return [_error(said) if "error" in said else self._received(k) for k, said in enumerate(report)]
 
 

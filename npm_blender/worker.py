@@ -29,7 +29,7 @@ from .packages import loaded
 from .worker_settings import compute_settings
 
 if TYPE_CHECKING:
-    from .core.codec.stored_stream import Received
+    from .core.codec.stored_stream import StoredStream
     from .core.mesh.triangle_mesh import TriMesh
 
 PATHS, CHECK = "paths.json", "check"
@@ -51,11 +51,11 @@ def write_paths(folder: Path, paths: list[Path]) -> None:
     (folder / PATHS).write_text(json.dumps([str(path.absolute()) for path in paths]), encoding="utf-8")
 
 
-def load_received(folder: Path, k: int) -> "Received":
+def load_received(folder: Path, k: int) -> "StoredStream":
     """The k-th stream that the worker left in `folder`."""
-    from .core.codec.stored_stream import Received
+    from .core.codec.stored_stream import StoredStream
 
-    return Received((folder / f"{k}.npmesh").read_bytes(), (folder / f"{k}.npz").read_bytes(),
+    return StoredStream((folder / f"{k}.npmesh").read_bytes(), (folder / f"{k}.npz").read_bytes(),
                     (folder / f"{k}.measured").read_text(encoding="utf-8"))
 
 
@@ -140,7 +140,7 @@ def _read(folder: Path) -> list[dict]:
     return outcomes
 
 
-def _store(folder: Path, k: int, received: "Received") -> None:
+def _store(folder: Path, k: int, received: "StoredStream") -> None:
     (folder / f"{k}.npmesh").write_bytes(received.data)
     (folder / f"{k}.npz").write_bytes(received.arrays)
     (folder / f"{k}.measured").write_text(received.measured, encoding="utf-8")

@@ -9,7 +9,7 @@ import numpy as np
 from npm_blender.core.cleaning.cleanup import CleanReport, clean
 from npm_blender.core.errors import NpmError
 from npm_blender.core.levels.lod_sequence import LodSequence, build_lod
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.settings import LodSettings
 
 BASE, LEVELS = 100, 2
@@ -21,7 +21,7 @@ class Run:
 
     dirty: TriMesh
     cleaned: TriMesh
-    frame: Frame
+    frame: UnitFrame
     report: CleanReport
     lod: LodSequence
 
@@ -31,7 +31,7 @@ def whole_path(make) -> Run | str:
     try:
         dirty = make()
         cleaned, report = clean(dirty)
-        frame = Frame.of(cleaned.V)
+        frame = UnitFrame.of(cleaned.V)
         unit = TriMesh(frame.to_unit(cleaned.V), cleaned.F)
         return Run(dirty, unit, frame, report, build_lod(unit, LodSettings(base_faces=BASE, levels=LEVELS)))
     except NpmError as error:

@@ -10,7 +10,7 @@ from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.network.encoder import details
 from npm_blender.core.network.input_features import geometry_features
-from npm_blender.core.network.layers import MeshIndex
+from npm_blender.core.network.mesh_index import MeshIndex
 
 
 @dataclass

@@ -16,7 +16,7 @@ from benchmarks import corpus, jobs
 from npm_blender.core.cleaning.cleanup import clean
 from npm_blender.core.errors import FileError
 from npm_blender.core.levels.lod_sequence import build_lod
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.meshio.mesh_files import read_mesh
 from npm_blender.core.settings import LodSettings
 
@@ -62,7 +62,7 @@ def tasks(folder: Path, out: Path, variants: int) -> list[Task]:
 def build(task: Task) -> dict:
     """Build and write one sequence."""
     mesh, _ = clean(read_mesh(task.path), "auto")
-    lod = build_lod(TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F), task.settings)
+    lod = build_lod(TriMesh(UnitFrame.of(mesh.V).to_unit(mesh.V), mesh.F), task.settings)
     if not np.isfinite(lod.V).all():
         raise ValueError("positions are not finite")
     temporary = task.out.with_suffix(".tmp.npz")

@@ -12,8 +12,8 @@ from npm_blender.core.codec.importance import LATENTS
 from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.evaluation.metrics import Original
 from npm_blender.core.geometry.spatial_order import in_morton_order
-from npm_blender.core.levels.lod_sequence import LodSequence, levels
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.levels.lod_sequence import LodSequence, build_levels
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.network.decoder import EDGES
 from npm_blender.core.network.decoder import FEATURES as FEATURES_IN_LATENT
 from npm_blender.core.settings import CompressSettings
@@ -45,7 +45,7 @@ class Case:
     def of(name: str, mesh: TriMesh, samples: int = 50_000, settings: CompressSettings | None = None) -> "Case":
         """The case of a mesh as a file has it: repaired where it is no manifold. Raises MeshError if it is no surface."""
         cleaned, _ = clean(mesh, "auto")
-        unit = in_morton_order(TriMesh(Frame.of(cleaned.V).to_unit(cleaned.V), cleaned.F))
+        unit = in_morton_order(TriMesh(UnitFrame.of(cleaned.V).to_unit(cleaned.V), cleaned.F))
         return Case(name, unit, samples, settings=settings or CompressSettings())
 
     @cached_property
@@ -60,7 +60,7 @@ class Case:
 
     def sequence(self, base_faces: int) -> LodSequence:
         """The LoD sequence of another base."""
-        return levels(decimate(self.mesh, base_faces), LEVELS)
+        return build_levels(decimate(self.mesh, base_faces), LEVELS)
 
     def once(self, key, make: Callable):
         """make(), kept under `key`: what one method shares between its calls, or with others."""

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags, identity
 from scipy.sparse.linalg import splu
 
-from npm_blender.core.geometry.closest_point import Surface
+from npm_blender.core.geometry.closest_point import ClosestPoints
 from npm_blender.core.mesh.subdivision import Level, midpoints
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 
@@ -37,7 +37,7 @@ def limit_points(mesh: TriMesh) -> tuple[csr_matrix, np.ndarray]:
     return schemes.loop_limit(level) @ A, level.F
 
 
-def fit(mesh: TriMesh, surface: Surface) -> TriMesh:
+def fit(mesh: TriMesh, surface: ClosestPoints) -> TriMesh:
     """The control mesh `mesh` moved. surface: the input. Raises MeshError if the mesh is no oriented manifold."""
     A, F = limit_points(mesh)
     V = mesh.V
@@ -65,7 +65,7 @@ def _piecewise(mesh: TriMesh) -> np.ndarray:
 
 def control(case: Case, faces: int) -> TriMesh:
     """QSlim's mesh of so many faces, fitted."""
-    surface = case.once("surface", lambda: Surface(case.mesh))
+    surface = case.once("surface", lambda: ClosestPoints(case.mesh))
     slim = case.qslim(faces)
     return case.once(("subdivfit", len(slim.F)), lambda: fit(slim, surface))
 

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from npm_blender.core.decimation.halfedge_mesh import connect, following, preceding
+from npm_blender.core.decimation.halfedge_mesh import connect
+from npm_blender.core.geometry.halfedge_steps import next_halfedge, prev_halfedge
 from npm_blender.core.jit import compiled
 from npm_blender.core.mesh.topology import opposite_halfedges
 
@@ -57,9 +58,9 @@ def ring_of(m, v, ring, spoke):
     h = first = m.out[v]
     k = 0
     while True:
-        ring[k], spoke[k] = m.corner[following(h)], h
+        ring[k], spoke[k] = m.corner[next_halfedge(h)], h
         k += 1
-        p = preceding(h)
+        p = prev_halfedge(h)
         h = m.opposite[p]
         if h == p:
             ring[k] = m.corner[p]
@@ -88,7 +89,7 @@ def split(m, v, ring, spoke, faces, border, p, q):
     m.valence[t] = q - first
     # the open side of an edge from v or t to a neighbour: the half-edge there that needs a partner, -1 outside
     q_into = spoke[q] if q < faces else -1  # v -> ring[q]
-    q_back = -1 if q == 0 else preceding(spoke[q - 1])  # ring[q] -> t
+    q_back = -1 if q == 0 else prev_halfedge(spoke[q - 1])  # ring[q] -> t
     b0, b1, b2 = 3 * f, 3 * f + 1, 3 * f + 2  # t -> ring[q], ring[q] -> v, v -> t
     m.corner[b0], m.corner[b1], m.corner[b2] = t, ring[q], v
     for own, other in ((b0, q_back), (b1, q_into)):
@@ -104,7 +105,7 @@ def split(m, v, ring, spoke, faces, border, p, q):
         m.out[v] = b2
     else:
         back = spoke[p - 1] if p > 0 else (-1 if border else spoke[faces - 1])
-        p_back = preceding(back) if back >= 0 else -1  # ring[p] -> v
+        p_back = prev_halfedge(back) if back >= 0 else -1  # ring[p] -> v
         a0, a1, a2 = 3 * f, 3 * f + 1, 3 * f + 2  # v -> ring[p], ring[p] -> t, t -> v
         m.corner[a0], m.corner[a1], m.corner[a2] = v, ring[p], t
         if p_back >= 0:
@@ -136,7 +137,7 @@ def _first_out(m, v):
     """Turn out[v] to the border, if v is on it."""
     h = first = m.out[v]
     while m.opposite[h] != h:
-        h = following(m.opposite[h])
+        h = next_halfedge(m.opposite[h])
         if h == first:
             return
     m.out[v] = h

@@ -12,21 +12,12 @@ import numpy as np
 from npm_blender.core.decimation.collapse_loop import shape_holds
 from npm_blender.core.decimation.decimator import half_edges_with_quadrics
 from npm_blender.core.decimation.edge_heap import DEAD, REJECTED, heapify, put, take
-from npm_blender.core.decimation.halfedge_mesh import (
-    ANCHORED,
-    EDGE,
-    INNER,
-    MAX_RING,
-    collapse,
-    following,
-    gather,
-    is_border,
-    is_simple,
-    preceding,
-)
+from npm_blender.core.decimation.halfedge_mesh import collapse, gather, is_border, link_condition_holds
 from npm_blender.core.decimation.quadric import best_point, edge_costs
+from npm_blender.core.geometry.halfedge_steps import next_halfedge, prev_halfedge
 from npm_blender.core.jit import compiled
 from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.parameterization.stencil import ANCHORED, EDGE, INNER, MAX_RING
 
 SHARE = 8  # a batch collapses at most one vertex in SHARE
 DEARER = 4.0  # and no edge that costs this many times more than that share's dearest edge
@@ -57,9 +48,9 @@ def _touch(m, Q, heap, cost, place, i, size):
     h = first = m.out[i]
     while True:
         e = m.edge[h]
-        c, _, _, _ = best_point(Q, m.X, i, m.corner[following(h)])
+        c, _, _, _ = best_point(Q, m.X, i, m.corner[next_halfedge(h)])
         size = put(heap, cost, place, e, c, size)
-        p = preceding(h)
+        p = prev_halfedge(h)
         h = m.opposite[p]
         if h == p:
             e = m.edge[p]
@@ -82,7 +73,7 @@ def _batch(m, Q, heap, cost, place, size, faces, target, most, limit, cosine, qu
         size = take(heap, cost, place, e, REJECTED, size)
         h = m.start[e]
         o = m.opposite[h]
-        i, j = m.corner[h], m.corner[following(h)]
+        i, j = m.corner[h], m.corner[next_halfedge(h)]
         if blocked[i] == b or blocked[j] == b:
             aside[waiting], aside_cost[waiting] = e, c
             waiting += 1
@@ -101,7 +92,7 @@ def _batch(m, Q, heap, cost, place, size, faces, target, most, limit, cosine, qu
             if at_j:
                 h, o, i, j = o, h, j, i
         r, t, s1, s2 = gather(m, h, kind, ring, face)
-        if t == 0 or (kind == INNER and r < 3) or not is_simple(ring, r, s1, s2):
+        if t == 0 or (kind == INNER and r < 3) or not link_condition_holds(ring, r, s1, s2):
             continue
         _, x, y, z = best_point(Q, m.X, i, j)
         if not shape_holds(m.X, ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags, identity
 from scipy.sparse.linalg import cg
 
-from npm_blender.core.geometry.closest_point import Surface
+from npm_blender.core.geometry.closest_point import ClosestPoints
 from npm_blender.core.jit import compiled
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 
@@ -34,7 +34,7 @@ class Target:
 
     def __init__(self, mesh: TriMesh) -> None:
         """mesh: in the unit frame."""
-        self.surface = Surface(mesh)
+        self.surface = ClosestPoints(mesh)
         self.normals = mesh.face_normals()
 
     def residuals(self, P: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,7 @@ from .threads import in_thread
 
 if TYPE_CHECKING:
     from ..core.codec.progressive_mesh import ProgressiveMesh
-    from ..core.codec.stored_stream import Received
+    from ..core.codec.stored_stream import StoredStream
 
 KEPT_DECODERS = 8
 
@@ -28,7 +28,7 @@ def decoder_of(obj: bpy.types.Object) -> "ProgressiveMesh":
     return _decoders[digest]
 
 
-def received_of(obj: bpy.types.Object) -> "Received":
+def received_of(obj: bpy.types.Object) -> "StoredStream":
     """The stream of a preview, packed or linked. Raises StreamError, FileError or DependencyError."""
     from . import linked  # which opens streams, too
 
@@ -38,7 +38,7 @@ def received_of(obj: bpy.types.Object) -> "Received":
     return received
 
 
-def opened(received: "Received") -> "ProgressiveMesh":
+def opened(received: "StoredStream") -> "ProgressiveMesh":
     """The opened stream, from the kept ones if it is there. Raises StreamError, WeightsError or DependencyError."""
     digest = kept.digest_of(received.data)
     if digest not in _decoders:
@@ -47,7 +47,7 @@ def opened(received: "Received") -> "ProgressiveMesh":
     return _decoders[digest]
 
 
-def opened_ahead(received: "Received") -> Generator[None, None, None]:
+def opened_ahead(received: "StoredStream") -> Generator[None, None, None]:
     """Open a stream and decode all of it in a thread, so that the preview that is made then is there at once.
 
     Raises StreamError, WeightsError or DependencyError.

@@ -11,8 +11,8 @@ import bpy
 from ..dependencies import receive
 
 if TYPE_CHECKING:
-    from ..core.codec.stored_stream import Received
-    from ..core.evaluation.prefix_errors import Quality
+    from ..core.codec.stored_stream import StoredStream
+    from ..core.evaluation.prefix_errors import PrefixErrors
 
 STREAM = "npmesh_stream"  # the packed bytes
 ARRAYS = "npmesh_arrays"  # what was read from them, so that they open without compiled code
@@ -24,7 +24,7 @@ def digest_of(data: bytes) -> str:
     return hashlib.blake2b(data, digest_size=16).hexdigest()
 
 
-def pack(obj: bpy.types.Object, received: "Received") -> None:
+def pack(obj: bpy.types.Object, received: "StoredStream") -> None:
     """Keep a stream on an object, in the .blend.
 
     A property that exists is removed first: assigned over another, bytes end at their first zero (Blender 4.5, 5.2).
@@ -53,14 +53,14 @@ def is_linked(obj: bpy.types.Object) -> bool:
     return bool(obj.npmesh.filepath) and not has_stream(obj)
 
 
-def packed(obj: bpy.types.Object) -> "Received | None":
+def packed(obj: bpy.types.Object) -> "StoredStream | None":
     """The stream that is packed on an object, if there is one. Raises StreamError or DependencyError if it is damaged."""
-    from ..core.codec.stored_stream import Received
+    from ..core.codec.stored_stream import StoredStream
 
     if not has_stream(obj):
         return None
     data, arrays = obj[STREAM], obj.get(ARRAYS)
-    return Received(data, arrays if isinstance(arrays, bytes) else receive(data).arrays, measured_text(obj))
+    return StoredStream(data, arrays if isinstance(arrays, bytes) else receive(data).arrays, measured_text(obj))
 
 
 def measured_text(obj: bpy.types.Object) -> str:
@@ -70,7 +70,7 @@ def measured_text(obj: bpy.types.Object) -> str:
 
 
 @lru_cache(maxsize=16)
-def quality(text: str) -> "Quality | None":
+def quality(text: str) -> "PrefixErrors | None":
     """The errors that `measured_text` tells of, None if they are not known. Raises StreamError if it is damaged."""
     from ..core.evaluation.prefix_errors import from_text
 

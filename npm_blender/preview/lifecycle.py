@@ -6,7 +6,7 @@ import bpy
 from . import decoders, deviation, kept, levels, placement, smooth
 
 if TYPE_CHECKING:
-    from ..core.codec.stored_stream import Received
+    from ..core.codec.stored_stream import StoredStream
 
 
 def find(source: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> bpy.types.Object | None:
@@ -14,7 +14,7 @@ def find(source: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> bpy.types
     return next((o for o in view_layer.objects if o.npmesh.is_preview and o.npmesh.source == source), None)
 
 
-def set_stream(obj: bpy.types.Object, received: "Received") -> None:
+def set_stream(obj: bpy.types.Object, received: "StoredStream") -> None:
     """Make `obj`, a mesh object, the preview of a stream and show all of it at the finest level.
 
     Raises StreamError, WeightsError or DependencyError, and then leaves the object as it was.
@@ -43,7 +43,7 @@ def set_stream(obj: bpy.types.Object, received: "Received") -> None:
     deviation.request(obj)
 
 
-def make(context: bpy.types.Context, received: "Received", name: str,
+def make(context: bpy.types.Context, received: "StoredStream", name: str,
          source: bpy.types.Object | None) -> bpy.types.Object:
     """A new preview object of a stream, in place of `source`, which is hidden, if there is one.
 

@@ -17,7 +17,7 @@ from ..preferences import worker_settings
 from . import decoders, kept, levels
 
 if TYPE_CHECKING:
-    from ..core.codec.stored_stream import Received
+    from ..core.codec.stored_stream import StoredStream
 
 POLL_SECONDS = 0.1
 
@@ -43,17 +43,17 @@ def link(obj: bpy.types.Object, path: str | os.PathLike) -> None:
     obj.npmesh.filepath = _relative(str(path), bpy.data.filepath)
 
 
-def read(obj: bpy.types.Object) -> "Received":
+def read(obj: bpy.types.Object) -> "StoredStream":
     """The stream of a linked preview. Raises FileError or StreamError if it is missing, damaged or another one."""
-    from ..core.codec.stored_stream import Received
+    from ..core.codec.stored_stream import StoredStream
 
     path, digest = path_of(obj), obj.npmesh.digest
     _checked(read_file(path), obj, path)
     received = _result(_reading.pop(digest)) if digest in _reading else read_anew(path)
-    return Received(received.data, received.arrays, kept.measured_text(obj))
+    return StoredStream(received.data, received.arrays, kept.measured_text(obj))
 
 
-def read_anew(path: Path) -> "Received":
+def read_anew(path: Path) -> "StoredStream":
     """The stream that is in a file now. Raises FileError or StreamError."""
     return receive(read_file(path)) if bpy.app.background else _result(_job(path))
 
@@ -118,7 +118,7 @@ def _job(path: Path) -> jobs.ReadJob:
     return jobs.ReadJob([path], bpy.app.tempdir, worker_settings())
 
 
-def _result(job: jobs.ReadJob) -> "Received":
+def _result(job: jobs.ReadJob) -> "StoredStream":
     [received] = job.wait()
     if isinstance(received, NpmError):
         raise received

@@ -2,13 +2,13 @@ import pytest
 
 pytest.importorskip("igl")
 from benchmarks import lodcost  # noqa: E402
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh  # noqa: E402
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame  # noqa: E402
 from tests.shapes import bumpy  # noqa: E402
 
 
 def unit(depth):
     mesh = bumpy(depth)
-    return TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F)
+    return TriMesh(UnitFrame.of(mesh.V).to_unit(mesh.V), mesh.F)
 
 
 def test_every_step_and_both_ways_of_qslim_are_measured():

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.methods import METHODS, drc, load, qslim, schemes, search, subdivfit
 from benchmarks.methods.case import Case
-from npm_blender.core.geometry.closest_point import Surface
+from npm_blender.core.geometry.closest_point import ClosestPoints
 from npm_blender.core.settings import CompressSettings
 from tests.shapes import bumpy, grid
 
@@ -89,12 +89,12 @@ def test_meshopt_loses_nothing_but_the_rounding(closed, bits):
     meshopt = method("meshopt")
     decoded = meshopt.decode(meshopt.encode(closed.mesh, bits))
     assert len(decoded.F) == len(closed.mesh.F) and len(decoded.V) == len(closed.mesh.V)
-    assert Surface(closed.mesh).closest(decoded.V)[0].max() < 0.5**bits
+    assert ClosestPoints(closed.mesh).closest(decoded.V)[0].max() < 0.5**bits
 
 
 def test_fitting_halves_the_error_of_loop(closed):
     slim = closed.qslim(300)
-    fitted = subdivfit.fit(slim, Surface(closed.mesh))
+    fitted = subdivfit.fit(slim, ClosestPoints(closed.mesh))
     before, after = (closed.d_pm(schemes.subdivided(mesh, schemes.loop)) for mesh in (slim, fitted))
     assert after < 0.5 * before
 

@@ -7,7 +7,8 @@ from benchmarks.progressive_meshes.mesh import Growing, ring_of, split
 from benchmarks.progressive_meshes.simplify import simplify
 from benchmarks.progressive_meshes.stream import decode, encode
 from npm_blender.core.errors import StreamError
-from npm_blender.core.geometry.closest_point import Surface, sample
+from npm_blender.core.geometry.closest_point import ClosestPoints
+from npm_blender.core.geometry.sampling import sample
 from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
 from tests.core.lod_meshes import sheet, sphere, torus, tube
 
@@ -68,7 +69,7 @@ def test_a_prefix_takes_nothing_from_bytes_that_are_missing(coded):
 
 def test_distance_falls_with_bytes(coded):
     mesh, _, encoded = coded
-    surface = Surface(mesh)
+    surface = ClosestPoints(mesh)
     sizes = np.geomspace(max(encoded.base, 300), len(encoded.data), 5).astype(int)
     d = [surface.closest(sample(decode(encoded.data[:size]), 5000)[0])[0].mean() for size in sizes]
     assert all(b < 0.95 * a for a, b in zip(d, d[1:], strict=False))

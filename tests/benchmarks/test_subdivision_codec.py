@@ -10,7 +10,7 @@ from benchmarks.subdivision.fit import Fit, Target
 from benchmarks.subdivision.shape import Scheme
 from benchmarks.subdivision.stencils import refinement
 from npm_blender.core.errors import StreamError
-from npm_blender.core.geometry.closest_point import sample
+from npm_blender.core.geometry.sampling import sample
 from npm_blender.core.mesh.subdivision import Level
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from tests.core.lod_meshes import sheet, sphere, torus

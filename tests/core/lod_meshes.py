@@ -2,11 +2,11 @@
 import numpy as np
 
 from npm_blender.core.mesh.subdivision import hierarchy, midpoints
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 
 
 def _unit(V: np.ndarray, F: np.ndarray, noise: float = 0.0, seed: int = 0) -> TriMesh:
-    V = Frame.of(V).to_unit(V)
+    V = UnitFrame.of(V).to_unit(V)
     V = V + np.random.default_rng(seed).normal(0, noise, V.shape) if noise else V
     return TriMesh.from_arrays(V, F)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import MeshError, StreamError
 from ..jit import njit
-from ..mesh.components import labels
+from ..mesh.components import component_labels
 from ..mesh.topology import opposite_halfedges, vertex_fans
 from .range_coder import (
     ENCODE,
@@ -30,7 +30,7 @@ from .range_coder import (
 from .varint import read_varint, write_varint
 
 if TYPE_CHECKING:
-    from ..levels.lod_sequence import BaseOrder
+    from ..mesh.renumbering import Renumbering
 
 MAX_FACES = 1 << 18         # of a base mesh
 _DEGREE_STEPS = 12          # degrees 3..14 by context, above by Exp-Golomb
@@ -321,7 +321,7 @@ def _close(F: np.ndarray, n: int) -> tuple[_Closed, int]:
                         "surface touch in a point; clean the mesh first (--clean auto)")
     h = np.flatnonzero(opposite == np.arange(F.size))
     tail, tip = F.reshape(-1)[h], F.reshape(-1)[h // 3 * 3 + (h + 1) % 3]
-    roots, loop = np.unique(labels(n, tail, tip)[tail], return_inverse=True)
+    roots, loop = np.unique(component_labels(n, tail, tip)[tail], return_inverse=True)
     whole = np.concatenate([F, np.stack([tip, tail, n + loop.reshape(-1)], 1)]).astype(np.int64)
     degree = np.bincount(whole.reshape(-1), minlength=n + len(roots))
     if (degree < 3).any():
@@ -346,16 +346,16 @@ def _encode(F: np.ndarray, n: int, start: int) -> tuple[bytes, np.ndarray, np.nd
     return write_varint(len(F)) + write_varint(borders) + finish(coder), out, vertex_of, halfedge_of
 
 
-def canonical_order(F0: np.ndarray, n0: int) -> "BaseOrder":
+def canonical_order(F0: np.ndarray, n0: int) -> "Renumbering":
     """The order in which the receiver will see the base faces F0 (m, 3) over n0 vertices.
 
     Encoding and decoding the result's F gives exactly that F back: faces, corner rotation and numbering. Idempotent.
     Raises MeshError if F0 is not an oriented manifold, has isolated vertices, or more than MAX_FACES faces.
     """
-    from ..levels.lod_sequence import BaseOrder
+    from ..mesh.renumbering import Renumbering
 
     _, out, vertex_of, halfedge_of = _encode(F0, n0, 0)
-    return BaseOrder(vertex_of.astype(np.int32), (halfedge_of // 3).astype(np.int32), out.astype(np.int32))
+    return Renumbering(vertex_of.astype(np.int32), (halfedge_of // 3).astype(np.int32), out.astype(np.int32))
 
 
 def encode_connectivity(F: np.ndarray) -> bytes:

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import StreamError
 from .base_positions import decode_positions, encode_positions
 from .connectivity import decode_connectivity, encode_connectivity
-from .header import MAX_LEVEL_FACES, MAX_PASSES, Header, Stream, check_header
+from .header import MAX_LEVEL_FACES, MAX_PASSES, Header, ParsedStream, check_header
 from .packets import encode_packets, read_packets
 from .varint import read_varint, write_varint
 
@@ -48,7 +48,7 @@ def write_stream(header: Header, V0_ints: np.ndarray, F0: np.ndarray, group: np.
     return b"".join([body, crc.to_bytes(4, "big"), *packets])
 
 
-def read_stream(data: bytes, strict: bool = False) -> Stream:
+def read_stream(data: bytes, strict: bool = False) -> ParsedStream:
     """Read a stream, or any prefix of one past its base mesh.
 
     Raises StreamError if the data are no stream, from a newer version, damaged in header or base mesh, or end before
@@ -71,7 +71,7 @@ def read_stream(data: bytes, strict: bool = False) -> Stream:
                            header.passes, batches=data[len(MAGIC)] > 2)
     if strict and packets.corrupt:
         raise StreamError(packets.corrupt)
-    return Stream(header, ints * 2.0**-header.position_bits, F0, packets.group, packets.face, packets.value,
+    return ParsedStream(header, ints * 2.0**-header.position_bits, F0, packets.group, packets.face, packets.value,
                   (packets.features, packets.bytes), end + 4, packets.truncated, packets.corrupt)
 
 

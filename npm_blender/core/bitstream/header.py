@@ -1,11 +1,11 @@
-"""What a stream holds and its limits. Needs no compiled code: a receiver that is given a `Stream` does without numba."""
+"""What a stream holds and its limits. Needs no compiled code: a receiver that is given a `ParsedStream` does without numba."""
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..errors import StreamError
-from ..mesh.triangle_mesh import Frame
+from ..mesh.triangle_mesh import UnitFrame
 
 MIN_BITS, MAX_BITS = 4, 20      # of a coordinate of the base mesh
 MAX_LEVELS, MAX_CHANNELS, MAX_NAME, MAX_PASSES = 8, 32, 32, 4
@@ -20,7 +20,7 @@ class Header:
 
     model_id: ASCII, 1 to 32 characters; weights_hash: 8 bytes; position_bits: lattice step 2**-bits in the unit frame;
     feature_steps: one float32 per group; total_features: of the whole stream, arrived or not; source_faces,
-    source_vertices: of the mesh that was compressed; centre, size: unit frame to object space, see `Frame`;
+    source_vertices: of the mesh that was compressed; centre, size: unit frame to object space, see `UnitFrame`;
     channels: numbers per feature. Raises StreamError if a field is out of range.
     """
 
@@ -62,9 +62,9 @@ class Header:
         return len(self.feature_steps) // self.levels - 1
 
     @property
-    def frame(self) -> Frame:
+    def frame(self) -> UnitFrame:
         """Unit frame of everything in the stream."""
-        return Frame(np.array(self.centre), self.size)
+        return UnitFrame(np.array(self.centre), self.size)
 
 
 def check_header(fine: bool, expected: str, found: object) -> None:
@@ -74,7 +74,7 @@ def check_header(fine: bool, expected: str, found: object) -> None:
 
 
 @dataclass(frozen=True)
-class Stream:
+class ParsedStream:
     """A stream as far as it has arrived.
 
     V0 (n0, 3) float64: base positions, unit frame; F0 (m0, 3) int32; group (k,) uint8, face (k,) int32, value

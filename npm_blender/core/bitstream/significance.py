@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit import njit
+from ..mesh.subdivision import subdivided_opposite
 from ..mesh.topology import opposite_halfedges
 from .range_coder import ENCODE, MODE, ONE, code_probability
 
@@ -42,31 +43,15 @@ class Sent(NamedTuple):
     last: np.ndarray
 
 
-def refined(opposite: np.ndarray) -> np.ndarray:
-    """Opposite half-edges (12 m,) of the subdivided faces, given those (3 m,) of the faces; see `subdivide`."""
-    m = len(opposite) // 3
-    h = np.arange(3 * m)
-    f, k = h // 3, h % 3
-    after = h // 3 * 3 + (k + 1) % 3
-    half_one, half_two = 3 * (h // 3 * 4 + k), 3 * (after // 3 * 4 + after % 3) + 2
-    border = opposite == h
-    out = np.empty(12 * m, dtype=np.int64)
-    out[half_one] = np.where(border, half_one, half_two[opposite])
-    out[half_two] = np.where(border, half_two, half_one[opposite])
-    inner, centre = 3 * (4 * f + (k + 1) % 3) + 1, 3 * (4 * f + 3) + k
-    out[inner], out[centre] = centre, inner
-    return out
-
-
 def faces_of(F0: np.ndarray, levels: int, passes: int) -> Faces:
-    """The faces of `levels` groups of latents, and of as many of offsets in each pass, over the base faces F0 (m0, 3)."""
+    """The faces of `build_levels` groups of latents, and of as many of offsets in each pass, over the base faces F0 (m0, 3)."""
     opposite = opposite_halfedges(F0).astype(np.int64)
     first, tables = [0], []
     for i in range(levels):
         tables.append((3 * first[-1] + opposite).astype(np.int32))
         first.append(first[-1] + len(opposite) // 3)
         if i + 1 < levels:
-            opposite = refined(opposite)
+            opposite = subdivided_opposite(opposite)
     total, one, ends = first[-1], np.concatenate(tables), first[1:]
     for p in range(1, passes + 1):
         first += [p * total + f for f in ends]

@@ -5,12 +5,13 @@ Both repairs are tried first and kept only where fewer border edges are left onc
 import numpy as np
 
 from ..geometry.welding import near_places, weld
+from ..mesh.triangle_mesh import compact
 from ..progress import Progress, no_progress
+from .degenerate_faces import repeated_corners
 from .duplicate_faces import duplicates
 from .edge_groups import EdgeGroups
-from .manifold_cut import compact, cut, disagree, repeated_corners
+from .manifold_cut import cut, disagree
 from .orientation import orient
-from .t_junctions import split_at_junctions
 
 NEAR = 1e-6  # of the box: how far apart border vertices may be and still be one
 SINGLE = 2.0**-22  # two units in the last place of single precision
@@ -79,23 +80,6 @@ def _apart_along_edges(F: np.ndarray, joined: np.ndarray) -> np.ndarray:
     same = np.concatenate([flat[flat[:, k] == flat[:, k - 1], k] for k in range(3)])
     split = np.isin(joined, same)
     return np.where(split, np.arange(len(joined)), joined).astype(np.int32)
-
-
-def stitch(V: np.ndarray, F: np.ndarray, groups: EdgeGroups,
-           progress: Progress = no_progress) -> tuple[np.ndarray, EdgeGroups, int]:
-    """Faces with border edges split where border vertices lie on them, their edges, and the number of splits.
-
-    Only where fewer border edges are left once the result is cut into a manifold again.
-    """
-    borders = int((groups.sizes == 1).sum())
-    if borders == 0:
-        return F, groups, 0
-    trial, splits = split_at_junctions(V, F, groups, reach_of(V, F), progress)
-    if splits:
-        trial_groups = EdgeGroups.of(trial, len(V))
-        if borders_after_cut(V, trial, trial_groups) < borders:
-            return trial, trial_groups, splits
-    return F, groups, 0
 
 
 def borders_after_cut(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> int:

@@ -14,14 +14,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import MeshError
-from ..mesh.triangle_mesh import TriMesh
+from ..mesh.triangle_mesh import TriMesh, compact
 from ..progress import Progress, no_progress, part
-from . import border_welding, duplicate_faces, manifold_cut
-from .degenerate_faces import remove_flat_faces
+from .border_welding import weld_borders
+from .degenerate_faces import FLAT, collapse_zero_edges, flatness, remove_flat_faces, repeated_corners
+from .duplicate_faces import doubled_parts, duplicates, inner_walls
 from .edge_groups import EdgeGroups
 from .inspection import MeshReport, count, inspect
+from .manifold_cut import cut
 from .orientation import orient
 from .self_intersections import crossing_faces
+from .t_junctions import stitch
 from .tetwild import remesh
 
 MIN_FACES = 20  # an icosahedron; a mesh of fewer faces is smaller than anything it could be compressed to
@@ -71,7 +74,7 @@ def clean(mesh: TriMesh, mode: str = "auto", progress: Progress = no_progress) -
     V, F = mesh.V, mesh.F
     if mode == "tetwild":
         _check_area(mesh)
-        V, F, kept = remesh(*manifold_cut.compact(V, F), part(progress, 0.2, 0.8))
+        V, F, kept = remesh(*compact(V, F), part(progress, 0.2, 0.8))
         again = ", the result of an earlier run" if kept else ""
         changes.append(f"remeshed with TetWild from {before.faces} to {len(F)} faces{again}")
     V, F = _repair(V, F, changes, part(progress, 0.8 if mode == "tetwild" else 0.2, 0.9))
@@ -112,27 +115,27 @@ def _repair(V: np.ndarray, F: np.ndarray, changes: list[str], progress: Progress
         return F[~bad] if bad.any() else F
 
     loose = len(V)
-    V, F = manifold_cut.compact(V, F)
+    V, F = compact(V, F)
     say(loose - len(V), "dropped", "unused vertex", "unused vertices")
-    F = drop(F, manifold_cut.repeated_corners(F), "face with a repeated corner", "faces with repeated corners")
+    F = drop(F, repeated_corners(F), "face with a repeated corner", "faces with repeated corners")
     groups = EdgeGroups.of(F, len(V))
     progress(0.1, "Merging vertices")
-    F, merged = manifold_cut.collapse_zero_edges(V, F, groups)
+    F, merged = collapse_zero_edges(V, F, groups)
     if merged:
         say(merged, "collapsed", "edge of zero length", "edges of zero length")
-        F = drop(F, manifold_cut.repeated_corners(F), "face left without area by that", "faces left without area by that")
+        F = drop(F, repeated_corners(F), "face left without area by that", "faces left without area by that")
         groups = EdgeGroups.of(F, len(V))
-    F = drop(F, duplicate_faces.doubled_parts(V, F, groups), "face of a part that lies on another",
+    F = drop(F, doubled_parts(V, F, groups), "face of a part that lies on another",
              "faces of parts that lie on others")
     if len(F) < groups.starts[-1] // 3:
         groups = EdgeGroups.of(F, len(V))
-    F, groups, merged = border_welding.weld_borders(V, F, groups, part(progress, 0.1, 0.3))
+    F, groups, merged = weld_borders(V, F, groups, part(progress, 0.1, 0.3))
     say(merged, "merged", "duplicate vertex", "duplicate vertices")
-    F, groups, splits = border_welding.stitch(V, F, groups, part(progress, 0.3, 0.5))
+    F, groups, splits = stitch(V, F, groups, part(progress, 0.3, 0.5))
     say(splits, "closed", "T-junction", "T-junctions")
     progress(0.5, "Orienting faces")
-    F = drop(F, duplicate_faces.inner_walls(F), "face of an inner wall", "faces of inner walls")
-    F = drop(F, duplicate_faces.duplicates(F), "duplicate face", "duplicate faces")
+    F = drop(F, inner_walls(F), "face of an inner wall", "faces of inner walls")
+    F = drop(F, duplicates(F), "duplicate face", "duplicate faces")
     if len(F) < groups.starts[-1] // 3:
         groups = EdgeGroups.of(F, len(V))
     progress(0.6, "Orienting faces")
@@ -144,7 +147,7 @@ def _repair(V: np.ndarray, F: np.ndarray, changes: list[str], progress: Progress
     steps = len(changes)
     V, F = _cut(V, F, groups, say)
     progress(0.8, "Cutting non-manifold places")
-    if (manifold_cut.flatness(V, F) <= manifold_cut.FLAT).any():
+    if (flatness(V, F) <= FLAT).any():
         F, mended, kept = remove_flat_faces(V, F)
         say(mended, "removed", "face without area", "faces without area")
         say(kept, "kept", "face without area that holds the surface together",
@@ -158,11 +161,11 @@ def _repair(V: np.ndarray, F: np.ndarray, changes: list[str], progress: Progress
         outward += again
     say(outward, "turned", "face outward", "faces outward")
     progress(1.0, "Checking the mesh")
-    return manifold_cut.compact(V, F)
+    return compact(V, F)
 
 
 def _cut(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, say) -> tuple[np.ndarray, np.ndarray]:
-    V, F, opened, copies = manifold_cut.cut(V, F, groups)
+    V, F, opened, copies = cut(V, F, groups)
     say(opened, "cut the surface at", "non-manifold edge", "non-manifold edges")
     say(copies, "split off", "vertex where surfaces met", "vertices where surfaces met")
     return V, F
@@ -182,5 +185,5 @@ def _check_scale(V: np.ndarray) -> None:
 
 
 def _check_area(mesh: TriMesh) -> None:
-    if not (manifold_cut.flatness(mesh.V, mesh.F) > manifold_cut.FLAT).any():
+    if not (flatness(mesh.V, mesh.F) > FLAT).any():
         raise MeshError("Expected a surface with area, found all faces in a line or a point; check the mesh's scale")

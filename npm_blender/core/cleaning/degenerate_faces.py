@@ -2,8 +2,10 @@
 import numpy as np
 
 from ..jit import compiled
-from .edge_groups import EdgeGroups
-from .manifold_cut import FLAT
+from .edge_groups import EdgeGroups, vertex_parts
+
+FLAT = 1e-10  # twice the area over the squared longest edge, below which a face counts as having no area
+
 
 ROUNDS = 20
 
@@ -119,3 +121,36 @@ def _flip(V, flat, opposite):
         if not changed:
             break
     return before, dropped, _count(V, flat, dropped)
+
+
+@compiled(allocates=True)
+def flatness(V, F):
+    """Twice the area over the squared longest edge of each face, (m,) float64; 0 for faces without extent."""
+    out = np.zeros(len(F))
+    for f in range(len(F)):
+        i, j, k = F[f, 0], F[f, 1], F[f, 2]
+        ax, ay, az = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
+        bx, by, bz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
+        x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        longest = max(ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz,
+                      (ax - bx) ** 2 + (ay - by) ** 2 + (az - bz) ** 2)
+        if longest > 0:
+            out[f] = np.sqrt(x * x + y * y + z * z) / longest
+    return out
+
+
+def repeated_corners(F: np.ndarray) -> np.ndarray:
+    """(m,) bool: faces that name a vertex twice."""
+    return (F[:, 0] == F[:, 1]) | (F[:, 1] == F[:, 2]) | (F[:, 2] == F[:, 0])
+
+
+def collapse_zero_edges(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, int]:
+    """Faces with the ends of every edge of zero length made one vertex, and the number of vertices that went."""
+    start = F.reshape(-1)[groups.halfedges[groups.starts[:-1]]]
+    end = np.roll(F, -1, 1).reshape(-1)[groups.halfedges[groups.starts[:-1]]]
+    zero = (V[start, 0] == V[end, 0]) & (start != end)
+    zero[zero] = (V[start[zero]] == V[end[zero]]).all(1)
+    if not zero.any():
+        return F, 0
+    part = vertex_parts(len(V), start[zero], end[zero])
+    return part[F], int((part != np.arange(len(V))).sum())

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.disjoint_sets import find_root, unite
+from ..geometry.halfedge_steps import end_of, next_halfedge
 from ..jit import compiled
 
 
@@ -30,18 +32,6 @@ class EdgeGroups:
     def sizes(self) -> np.ndarray:
         """Number of half-edges of each edge, (e,) int64: 1 on the border, 2 inside, more where non-manifold."""
         return np.diff(self.starts)
-
-
-@compiled
-def end_of(flat, h):
-    """The vertex at the end of half-edge h."""
-    return flat[h - 2] if h % 3 == 2 else flat[h + 1]
-
-
-@compiled
-def next_of(h):
-    """The half-edge after h in its face."""
-    return h - 2 if h % 3 == 2 else h + 1
 
 
 @compiled(allocates=True)
@@ -76,31 +66,15 @@ def _groups(flat, n):
     return order, starts[:count + 1].copy()
 
 
-@compiled
-def find(parent, i):
-    """Root of i, halving the path to it."""
-    while parent[i] != i:
-        parent[i] = parent[parent[i]]
-        i = parent[i]
-    return i
-
-
-@compiled
-def join(parent, i, j):
-    """Join the parts of i and j under the smaller root."""
-    i, j = find(parent, i), find(parent, j)
-    parent[max(i, j)] = min(i, j)
-
-
 @compiled(allocates=True)
 def face_parts(m, halfedges, starts):
     """Smallest face joined to each face across edges of any kind, (m,) int32."""
     parent = np.arange(m).astype(np.int32)
     for g in range(len(starts) - 1):
         for i in range(starts[g] + 1, starts[g + 1]):
-            join(parent, halfedges[i - 1] // 3, halfedges[i] // 3)
+            unite(parent, halfedges[i - 1] // 3, halfedges[i] // 3)
     for f in range(m):
-        parent[f] = find(parent, f)
+        parent[f] = find_root(parent, f)
     return parent
 
 
@@ -112,7 +86,7 @@ def corner_parts(flat, halfedges, starts):
         for i in range(starts[g] + 1, starts[g + 1]):
             join_corners(parent, flat, halfedges[i - 1], halfedges[i])
     for h in range(len(flat)):
-        parent[h] = find(parent, h)
+        parent[h] = find_root(parent, h)
     return parent
 
 
@@ -120,11 +94,11 @@ def corner_parts(flat, halfedges, starts):
 def join_corners(parent, flat, h, g):
     """Join the corners of half-edges h and g of one edge at both of its ends."""
     if flat[h] == flat[g]:
-        join(parent, h, g)
-        join(parent, next_of(h), next_of(g))
+        unite(parent, h, g)
+        unite(parent, next_halfedge(h), next_halfedge(g))
     else:
-        join(parent, h, next_of(g))
-        join(parent, next_of(h), g)
+        unite(parent, h, next_halfedge(g))
+        unite(parent, next_halfedge(h), g)
 
 
 @compiled(allocates=True)
@@ -132,7 +106,7 @@ def vertex_parts(n, a, b):
     """Smallest vertex joined to each of n vertices by the pairs a-b, (n,) int32."""
     parent = np.arange(n).astype(np.int32)
     for i in range(len(a)):
-        join(parent, a[i], b[i])
+        unite(parent, a[i], b[i])
     for v in range(n):
-        parent[v] = find(parent, v)
+        parent[v] = find_root(parent, v)
     return parent

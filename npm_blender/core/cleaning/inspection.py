@@ -6,7 +6,7 @@ import numpy as np
 from ..geometry.welding import weld
 from ..mesh.triangle_mesh import TriMesh
 from ..progress import Progress, no_progress
-from . import manifold_cut
+from .degenerate_faces import FLAT, flatness, repeated_corners
 from .duplicate_faces import duplicates
 from .edge_groups import EdgeGroups, corner_parts, face_parts, vertex_parts
 
@@ -63,8 +63,8 @@ def inspect(mesh: TriMesh, progress: Progress = no_progress) -> MeshReport:
     V, F, n = mesh.V, mesh.F, len(mesh.V)
     used = np.zeros(n, bool)
     used[F] = True
-    broken = manifold_cut.repeated_corners(F)
-    flat_faces = (manifold_cut.flatness(V, F) <= manifold_cut.FLAT) & ~broken
+    broken = repeated_corners(F)
+    flat_faces = (flatness(V, F) <= FLAT) & ~broken
     progress(0.1, what)
     again = duplicates(F) & ~broken
     progress(0.25, what)

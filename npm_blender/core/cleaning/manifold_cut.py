@@ -5,43 +5,10 @@ vertices are dropped once, at the end, by `compact`.
 """
 import numpy as np
 
+from ..geometry.disjoint_sets import find_root
+from ..geometry.halfedge_steps import end_of, next_halfedge
 from ..jit import compiled
-from .edge_groups import EdgeGroups, end_of, find, join_corners, next_of, vertex_parts
-
-FLAT = 1e-10  # twice the area over the squared longest edge, below which a face counts as having no area
-
-
-@compiled(allocates=True)
-def flatness(V, F):
-    """Twice the area over the squared longest edge of each face, (m,) float64; 0 for faces without extent."""
-    out = np.zeros(len(F))
-    for f in range(len(F)):
-        i, j, k = F[f, 0], F[f, 1], F[f, 2]
-        ax, ay, az = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
-        bx, by, bz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
-        x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        longest = max(ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz,
-                      (ax - bx) ** 2 + (ay - by) ** 2 + (az - bz) ** 2)
-        if longest > 0:
-            out[f] = np.sqrt(x * x + y * y + z * z) / longest
-    return out
-
-
-def repeated_corners(F: np.ndarray) -> np.ndarray:
-    """(m,) bool: faces that name a vertex twice."""
-    return (F[:, 0] == F[:, 1]) | (F[:, 1] == F[:, 2]) | (F[:, 2] == F[:, 0])
-
-
-def collapse_zero_edges(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, int]:
-    """Faces with the ends of every edge of zero length made one vertex, and the number of vertices that went."""
-    start = F.reshape(-1)[groups.halfedges[groups.starts[:-1]]]
-    end = np.roll(F, -1, 1).reshape(-1)[groups.halfedges[groups.starts[:-1]]]
-    zero = (V[start, 0] == V[end, 0]) & (start != end)
-    zero[zero] = (V[start[zero]] == V[end[zero]]).all(1)
-    if not zero.any():
-        return F, 0
-    part = vertex_parts(len(V), start[zero], end[zero])
-    return part[F], int((part != np.arange(len(V))).sum())
+from .edge_groups import EdgeGroups, join_corners
 
 
 def cut(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, np.ndarray, int, int]:
@@ -101,7 +68,7 @@ def _pairs(V, flat, halfedges, starts, apart):
         across, up = np.zeros(3), np.zeros(3)
         angle = np.zeros(k)
         for i in range(k):
-            r = V[end_of(flat, next_of(group[i]))] - V[low]
+            r = V[end_of(flat, next_halfedge(group[i]))] - V[low]
             r = r - axis * (r * axis).sum()
             if i == 0:
                 across = r / max(np.sqrt((r * r).sum()), 1e-300)
@@ -129,7 +96,7 @@ def _split(flat, halfedges, starts, pair, n):
     taken = np.zeros(n, np.bool_)
     source = []
     for h in range(len(flat)):
-        root = find(parent, h)
+        root = find_root(parent, h)
         if new[root] < 0:
             v = flat[h]
             if taken[v]:
@@ -155,11 +122,3 @@ def _bad_halfedges(flat, halfedges, starts):
             bad[halfedges[starts[g]:starts[g + 1]]] = True
     return bad
 
-
-def compact(V: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """V and F without unused vertices, order kept."""
-    used = np.zeros(len(V), bool)
-    used[F] = True
-    if used.all():
-        return V, F
-    return V[used], (np.cumsum(used) - 1).astype(np.int32)[F]

@@ -5,6 +5,7 @@ import numpy as np
 from ..geometry import bvh
 from ..jit import compiled
 from ..progress import Progress, no_progress
+from .border_welding import borders_after_cut, reach_of
 from .edge_groups import EdgeGroups
 
 ROUNDS = 3  # a face has one edge split in each
@@ -130,3 +131,20 @@ def _on_edges(V, points, reach, a, b, tolerance, nodes, links, budget):
     for i in range(len(edges)):
         out[0][i], out[1][i], out[2][i] = edges[i], found[i], along[i]
     return out
+
+
+def stitch(V: np.ndarray, F: np.ndarray, groups: EdgeGroups,
+           progress: Progress = no_progress) -> tuple[np.ndarray, EdgeGroups, int]:
+    """Faces with border edges split where border vertices lie on them, their edges, and the number of splits.
+
+    Only where fewer border edges are left once the result is cut into a manifold again.
+    """
+    borders = int((groups.sizes == 1).sum())
+    if borders == 0:
+        return F, groups, 0
+    trial, splits = split_at_junctions(V, F, groups, reach_of(V, F), progress)
+    if splits:
+        trial_groups = EdgeGroups.of(trial, len(V))
+        if borders_after_cut(V, trial, trial_groups) < borders:
+            return trial, trial_groups, splits
+    return F, groups, 0

@@ -1,6 +1,5 @@
 """Compress a mesh to an `.npmesh` stream and open one again: the summary of the whole core."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 
@@ -12,15 +11,17 @@ from ..errors import DependencyError
 from ..geometry.spatial_order import in_morton_order
 from ..jit import is_cold
 from ..levels.lod_sequence import LodSequence
-from ..levels.lod_sequence import levels as lod_levels
+from ..levels.lod_sequence import build_levels as lod_levels
 from ..mesh.subdivision import Level, hierarchy
-from ..mesh.triangle_mesh import Frame, TriMesh
+from ..mesh.triangle_mesh import TriMesh, UnitFrame
 from ..network import weights as weight_file
 from ..progress import Progress, no_progress, noted
-from ..settings import AUTO, CompressSettings, ComputeSettings, LodSettings
+from ..settings import CompressSettings, ComputeSettings, LodSettings
 from . import rate_control
 from .progressive_mesh import ProgressiveMesh, open_stream
-from .sender import BaseTooLarge, Clock, Sender
+from .rate_control import within_budget
+from .sender import Sender
+from .stage_clock import StageClock
 
 REFINE_STEPS = 24
 
@@ -64,7 +65,7 @@ def compress(
     settings = settings or CompressSettings()
     refine_steps = _refine_steps(settings)
     model = weight_file.load()
-    clock = Clock(
+    clock = StageClock(
         progress,
         {
             "clean": 1,
@@ -77,7 +78,7 @@ def compress(
         },
     )
     cleaned, cleaning = clock.run("clean", clean, mesh, settings.lod.clean)
-    frame = Frame.of(cleaned.V)
+    frame = UnitFrame.of(cleaned.V)
     unit = in_morton_order(TriMesh(frame.to_unit(cleaned.V), cleaned.F))
 
     def sent(base_faces: int, room: bool) -> tuple[Sender, tuple[bytes, int]]:
@@ -85,7 +86,7 @@ def compress(
         sender = Sender(model, unit, lod, levels, settings, refine_steps, compute or ComputeSettings(), clock)
         return sender, sender.send(frame, mesh)
 
-    sender, (data, features) = _within_budget(sent, settings)
+    sender, (data, features) = within_budget(sent, settings)
     lod = sender.lod
     messages = tuple(message for message in (lod.message, sender.message) if message)
     return Compressed(
@@ -96,7 +97,7 @@ def compress(
     )
 
 
-def _sequence(unit: TriMesh, settings: LodSettings, room: bool, clock: Clock) -> tuple[LodSequence, list[Level]]:
+def _sequence(unit: TriMesh, settings: LodSettings, room: bool, clock: StageClock) -> tuple[LodSequence, list[Level]]:
     """The LoD sequence of a mesh in the unit frame, its base numbered as the receiver numbers it, and its levels.
 
     room: as in `decimate`.
@@ -110,30 +111,6 @@ def _sequence(unit: TriMesh, settings: LodSettings, room: bool, clock: Clock) ->
 
     lod = clock.run("levels", build)
     return lod, hierarchy(lod.F0, len(lod.V0), lod.levels)
-
-
-def _within_budget(send: Callable, settings: CompressSettings):
-    """send(base faces, room for handles); where the base turns out too large for the budget, again with fewer.
-
-    Where the budget chooses their number, it does not pay for such room; else that is what is tried without.
-    Raises BaseTooLarge where no fewer can be had.
-    """
-    faces, before = settings.lod.base_faces, None
-    if not settings.budget or faces != AUTO:
-        try:
-            return send(faces, True)
-        except BaseTooLarge as error:
-            if error.faces <= faces:
-                raise
-            return send(faces, False)
-    faces = rate_control.base_faces(settings.budget)
-    while True:
-        try:
-            return send(faces, False)
-        except BaseTooLarge as error:
-            if error.faces == before or faces <= rate_control.FEWEST // 2:
-                raise
-            faces, before = rate_control.fewer_faces(min(faces, error.faces), error.size, settings.budget), error.faces
 
 
 def _refine_steps(settings: CompressSettings) -> int:

@@ -7,7 +7,7 @@ import numpy as np
 from ..bitstream.container import write_stream
 from ..bitstream.header import Header
 from ..mesh.subdivision import Level
-from ..mesh.triangle_mesh import Frame
+from ..mesh.triangle_mesh import UnitFrame
 from ..network.decoder import FEATURES
 from ..network.weights import Weights
 from . import importance as ordering
@@ -33,7 +33,7 @@ class Contents:
 
     weights: Weights
     levels: list[Level]
-    frame: Frame
+    frame: UnitFrame
     source: tuple[int, int]
     grid: np.ndarray
     bits: int

@@ -4,13 +4,13 @@ from collections import OrderedDict
 
 import numpy as np
 
-from ..bitstream.header import Stream
+from ..bitstream.header import ParsedStream
 from ..errors import SettingsError, WeightsError
 from ..mesh.subdivision import hierarchy
-from ..mesh.triangle_mesh import Frame, TriMesh
+from ..mesh.triangle_mesh import TriMesh, UnitFrame
 from ..network import weights as weight_file
 from ..network.decoder import EDGES, FEATURES, Step, handed_down, predict
-from ..network.layers import MeshIndex
+from ..network.mesh_index import MeshIndex
 from ..network.numpy_backend import NUMPY
 
 CACHED = 32  # decodes kept; a slider that goes back finds its meshes at once
@@ -20,7 +20,7 @@ class ProgressiveMesh:
     """A stream as far as it has arrived. Connectivity is built once; positions of recent decodes are kept, and of each
     level's step what the network said last: another number of features changes the levels that it changes."""
 
-    def __init__(self, stream: Stream, size: int) -> None:
+    def __init__(self, stream: ParsedStream, size: int) -> None:
         """stream: what `read_stream` returned for `size` bytes. Raises WeightsError if its weights are not here."""
         header = stream.header
         model = weight_file.load(header.model_id)
@@ -36,7 +36,7 @@ class ProgressiveMesh:
         self.source_faces, self.source_vertices = header.source_faces, header.source_vertices
         self.base_faces, self.base_vertices, self.base_bytes = len(stream.F0), len(stream.V0), stream.base_bytes
         self._packet_features, self._packet_bytes = stream.packet_ends
-        self._frame = Frame(np.asarray(header.centre), header.size)
+        self._frame = UnitFrame(np.asarray(header.centre), header.size)
         self._params = model.params
         self._V0 = NUMPY.array(stream.V0)
         self._levels = hierarchy(stream.F0, len(stream.V0), header.levels)

@@ -3,7 +3,13 @@
 Most of a stream's bytes go best into the base: a face of it costs less than two bytes, and what it shows no feature shows
 as cheaply where edges are sharp or parts thin. Measured on the validation split: docs/performance.md.
 """
-from ..settings import LodSettings
+from collections.abc import Callable
+
+from ..errors import SettingsError
+from ..settings import AUTO, CompressSettings, LodSettings
+from . import rate_control
+
+pass
 
 HEAD = 100  # bytes of a stream that are neither base nor features
 FACES = 0.47  # of the base for each byte; the features get what is left, a tenth to a quarter
@@ -25,3 +31,38 @@ def levels(faces: int) -> int:
 def fewer_faces(faces: int, size: int, budget: int) -> int:
     """Base faces to try next, where the base of so many took `size` bytes of `budget`."""
     return max(int(0.9 * faces * max(budget - HEAD, 1) / max(size - HEAD, 1)), FEWEST // 2)
+
+
+class BaseTooLarge(SettingsError):
+    """The base mesh alone takes more bytes than the budget. size: those bytes; faces: of the base."""
+
+    def __init__(self, size: int, faces: int, budget: int) -> None:
+        super().__init__(
+            f"Expected a base mesh of at most {budget:,} bytes, found {size:,} for {faces:,} faces; "
+            "allow more bytes, or ask for fewer base faces"
+        )
+        self.size, self.faces = size, faces
+
+
+def within_budget(send: Callable, settings: CompressSettings):
+    """send(base faces, room for handles); where the base turns out too large for the budget, again with fewer.
+
+    Where the budget chooses their number, it does not pay for such room; else that is what is tried without.
+    Raises BaseTooLarge where no fewer can be had.
+    """
+    faces, before = settings.lod.base_faces, None
+    if not settings.budget or faces != AUTO:
+        try:
+            return send(faces, True)
+        except BaseTooLarge as error:
+            if error.faces <= faces:
+                raise
+            return send(faces, False)
+    faces = rate_control.base_faces(settings.budget)
+    while True:
+        try:
+            return send(faces, False)
+        except BaseTooLarge as error:
+            if error.faces == before or faces <= rate_control.FEWEST // 2:
+                raise
+            faces, before = rate_control.fewer_faces(min(faces, error.faces), error.size, settings.budget), error.faces

@@ -4,40 +4,33 @@ The base and the latents first, then the offsets in passes, each finer than the 
 fitted through the decoder; without it the latents are the encoder's and the offsets are traced to the surface.
 """
 
-import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..bitstream.base_positions import quantize_positions
-from ..errors import SettingsError
-from ..geometry.closest_point import Surface
+from ..geometry.closest_point import ClosestPoints
 from ..levels.lod_sequence import LodSequence
 from ..mesh.subdivision import Level
-from ..mesh.triangle_mesh import Frame, TriMesh
+from ..mesh.triangle_mesh import TriMesh, UnitFrame
 from ..network.decoder import FEATURES, decode
 from ..network.encoder import encode
-from ..network.layers import MeshIndex
+from ..network.mesh_index import MeshIndex
 from ..network.numpy_backend import NUMPY
 from ..network.weights import Weights
-from ..progress import Progress, part, rising
+from ..progress import Progress
 from ..refinement.offset_trace import traced_offsets
 from ..settings import CompressSettings, ComputeSettings
 from . import importance as ordering
 from .contents import Contents, Offsets
 from .importance import LATENTS
-
-BASE_STEP = 1.5  # of the lattice of base positions at most, over the mean error of the mesh without features
-LEAST_BITS = 9  # of a coordinate of the base
-LATENT_STEP = 1.0  # quantization step on the finest trained level; refinement knows of the rounding
-LATENT_ERROR = 8e-4  # a mesh that is off by less without features gets finer steps, down to a tenth
-GROWTH = 1.4  # of the steps of offsets from level to level
-LEAST_STEP = 2e-5  # of offsets of level 0, unit frame
+from .quantization import BASE_STEP, GROWTH, LEAST_BITS, LEAST_STEP, latent_steps, step_scale
+from .rate_control import BaseTooLarge
+from .stage_clock import StageClock
 
 
 @dataclass(frozen=True)
-class Plan:
+class OffsetPass:
     """A pass over the offsets. step: quantization step on level 0, over the mean error of the mesh without offsets; bit:
     share of the loss for a bit, see `offsetfit`; embedded: whether it starts from traced offsets and its prefixes are
     fitted too; a pass that finds little left to do starts from zeros, which leaves most edges out."""
@@ -47,49 +40,8 @@ class Plan:
     embedded: bool
 
 
-PLANS = (Plan(0.5, 5e-5, True), Plan(0.125, 1e-5, False))
-STAGES = 4 + sum(1 + plan.embedded for plan in PLANS)  # fits through the decoder: base, latents twice, offsets
-
-
-class BaseTooLarge(SettingsError):
-    """The base mesh alone takes more bytes than the budget. size: those bytes; faces: of the base."""
-
-    def __init__(self, size: int, faces: int, budget: int) -> None:
-        super().__init__(
-            f"Expected a base mesh of at most {budget:,} bytes, found {size:,} for {faces:,} faces; "
-            "allow more bytes, or ask for fewer base faces"
-        )
-        self.size, self.faces = size, faces
-
-
-class Clock:
-    """Seconds by stage; the stages' shares of the progress bar."""
-
-    def __init__(self, progress: Progress, shares: dict[str, float]) -> None:
-        self.seconds: dict[str, float] = {}
-        total, start, self._parts = sum(shares.values()), 0.0, {}
-        progress = rising(progress)
-        for name, share in shares.items():
-            self._parts[name] = part(progress, start / total, (start + share) / total)
-            start += share
-
-    def run(self, name: str, step: Callable, *arguments):
-        """step(*arguments, progress), timed under `name`."""
-        begun = time.perf_counter()
-        try:
-            return step(*arguments, self._parts[name])
-        finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begun
-
-
-def step_scale(error: float) -> float:
-    """Scale of everything that touches latents, 0.1 to 1, from a mesh's error without features (unit frame)."""
-    return float(np.clip(error / LATENT_ERROR, 0.1, 1))
-
-
-def latent_steps(levels: int, scale: float = 1.0) -> np.ndarray:
-    """Quantization step of the latents of each level, (levels,) float32: finer where a latent moves more surface."""
-    return np.array([scale * LATENT_STEP * max(0.5, 0.7 ** max(2 - i, 0)) for i in range(levels)], dtype=np.float32)
+OFFSET_PASSES = (OffsetPass(0.5, 5e-5, True), OffsetPass(0.125, 1e-5, False))
+STAGES = 4 + sum(1 + plan.embedded for plan in OFFSET_PASSES)  # fits through the decoder: base, latents twice, offsets
 
 
 class Sender:
@@ -104,7 +56,7 @@ class Sender:
         settings: CompressSettings,
         refine_steps: int,
         compute: ComputeSettings,
-        clock: Clock,
+        clock: StageClock,
     ) -> None:
         """unit: the cleaned input in the unit frame; levels: 0..L of `lod`; refine_steps: 0 to do without torch."""
         self.weights, self.params, self.unit, self.lod = weights, weights.params, unit, lod
@@ -112,11 +64,11 @@ class Sender:
         self.refine_steps, self.compute, self.clock = refine_steps, compute, clock
         self.message = ""
         self.meshes = [MeshIndex.of(NUMPY, level) for level in levels]
-        self.surface = Surface(unit)
+        self.surface = ClosestPoints(unit)
         areas = TriMesh(lod.V, levels[-1].F).face_areas()
         self.area = areas / areas.sum()
 
-    def send(self, frame: Frame, source: TriMesh) -> tuple[bytes, int]:
+    def send(self, frame: UnitFrame, source: TriMesh) -> tuple[bytes, int]:
         """All steps: (stream, number of features). frame: of the cleaned input; source: for the counts in the header.
 
         Raises BaseTooLarge where the budget of the settings does not pay for the base mesh.
@@ -139,7 +91,7 @@ class Sender:
         values = [i * s for i, s in zip(contents.latents, contents.steps, strict=True)]
         error = float(self._face_errors(V0, values, None).sum())
         sent = [np.zeros(len(mesh.edge_a)) for mesh in self.meshes[:-1]]
-        for plan in PLANS:
+        for plan in OFFSET_PASSES:
             found = self._offsets(refiner, V0, values, sent, error, plan)
             contents = replace(contents, passes=(*contents.passes, found))
             sent = [a + b * s for a, b, s in zip(sent, found.ints, found.steps, strict=True)]
@@ -210,7 +162,7 @@ class Sender:
             errors.append(error[self.levels[-1].F].mean(1) * self.area)
         return ordering.gain_order(flat, ordering.measured_gains(errors, self.feature_levels))[:LATENTS]
 
-    def _offsets(self, refiner, V0: np.ndarray, latents: list, before: list, error: float, plan: Plan) -> Offsets:
+    def _offsets(self, refiner, V0: np.ndarray, latents: list, before: list, error: float, plan: OffsetPass) -> Offsets:
         """One pass on top of the offsets `before`, for a mesh that is off by `error` without any."""
         run, levels = self.clock.run, self.feature_levels
         steps = (max(plan.step * error, LEAST_STEP) * GROWTH ** np.arange(len(levels))).astype(np.float32)

@@ -11,20 +11,20 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ..bitstream.header import Header, Stream
+from ..bitstream.header import Header, ParsedStream
 from ..errors import StreamError
 from .progressive_mesh import ProgressiveMesh
 
-_FEATURE_ARRAYS = {"level": "group", "face": "face", "value": "value"}  # names in the file: names in `Stream`
+_FEATURE_ARRAYS = {"level": "group", "face": "face", "value": "value"}  # names in the file: names in `ParsedStream`
 # what a damaged zip file, and arrays other than those of `pack`, can raise
 _DAMAGE = (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError, EOFError, RuntimeError, MemoryError,
            StreamError, zipfile.BadZipFile, zlib.error)
 
 
 @dataclass(frozen=True)
-class Received:
-    """data: an `.npmesh` stream or a prefix of one; arrays: the `Stream` read from it, see `pack`; measured: text of its
-    `quality.Quality`, empty where the original is not at hand."""
+class StoredStream:
+    """data: an `.npmesh` stream or a prefix of one; arrays: the `ParsedStream` read from it, see `pack`; measured: text of its
+    `quality.PrefixErrors`, empty where the original is not at hand."""
 
     data: bytes
     arrays: bytes
@@ -35,14 +35,14 @@ class Received:
         return ProgressiveMesh(unpack(self.arrays), len(self.data))
 
 
-def receive(data: bytes) -> Received:
+def receive(data: bytes) -> StoredStream:
     """Read a stream, or any prefix of one past its base mesh. Raises StreamError as `read_stream` does."""
     from ..bitstream.container import read_stream  # only here: this import loads or compiles the entropy decoder
 
-    return Received(data, pack(read_stream(data)))
+    return StoredStream(data, pack(read_stream(data)))
 
 
-def pack(stream: Stream) -> bytes:
+def pack(stream: ParsedStream) -> bytes:
     """A stream that was read, as a compressed .npz: exact, and about one and a half times the size of the file."""
     header = {**asdict(stream.header), "weights_hash": stream.header.weights_hash.hex()}
     facts = {"header": header, "base_bytes": stream.base_bytes, "truncated": stream.truncated,
@@ -55,7 +55,7 @@ def pack(stream: Stream) -> bytes:
     return file.getvalue()
 
 
-def unpack(arrays: bytes) -> Stream:
+def unpack(arrays: bytes) -> ParsedStream:
     """The inverse of `pack`. Raises StreamError if the bytes are damaged or do not fit together."""
     try:
         with np.load(io.BytesIO(arrays), allow_pickle=False) as z:
@@ -64,7 +64,7 @@ def unpack(arrays: bytes) -> Stream:
             header = Header(**{**fields, "weights_hash": bytes.fromhex(fields["weights_hash"])})
             grid, F0, ends = z["grid"].astype(np.int64), z["F0"].astype(np.int32), z["ends"].astype(np.int64)
             group, face, value = z["level"].astype(np.uint8), z["face"].astype(np.int32), z["value"].astype(np.int32)
-        stream = Stream(header, grid * 2.0**-header.position_bits, F0, group, face, value, (ends[0], ends[1]), **facts)
+        stream = ParsedStream(header, grid * 2.0**-header.position_bits, F0, group, face, value, (ends[0], ends[1]), **facts)
     except _DAMAGE as error:
         raise StreamError(f"Expected a stream that was read before, found damaged arrays ({error}); "
                           "open the file again") from error
@@ -80,7 +80,7 @@ def _narrow(array: np.ndarray) -> np.ndarray:
     return array.astype(np.result_type(np.min_scalar_type(min(low, -1)), np.min_scalar_type(-high - 1)))
 
 
-def _fits(s: Stream) -> bool:
+def _fits(s: ParsedStream) -> bool:
     """Whether every shape and index is one that a stream can have."""
     features, ends = s.packet_ends
     faces = len(s.F0) * 4 ** np.tile(np.arange(s.header.levels, dtype=np.int64), 1 + s.header.passes)

@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.halfedge_steps import next_halfedge, prev_halfedge
 from ..jit import compiled
 from .edge_heap import DEAD, heapify, put, take
-from .halfedge_mesh import Half, following, preceding
+from .halfedge_mesh import HalfedgeMesh
 
 SEGMENTS = 8  # edges of the finest level along a base edge, at three levels
 LOSS = 0.005  # share of a loop's length that its unmarked vertices make up together
@@ -26,7 +27,7 @@ class Corners(NamedTuple):
     be, and the least number, over the collapses refused since the last time more were allowed, that would have let one pass.
 
     met (k,) int32 and place (k,) float64, at least as long as there are corners: those that a collapse meets, and where on
-    the line through its patch (see `flatten`: 0 at i, 1 at j), met_count (1,): how many; work space.
+    the line through its patch (see `flatten_jointly`: 0 at i, 1 at j), met_count (1,): how many; work space.
     """
 
     at: np.ndarray
@@ -40,7 +41,7 @@ class Corners(NamedTuple):
     met_count: np.ndarray
 
     @staticmethod
-    def of(half: Half, base_faces: int) -> "Corners":
+    def of(half: HalfedgeMesh, base_faces: int) -> "Corners":
         """The corners of a mesh not decimated yet, and how many an edge may take so that base_faces suffice for them."""
         marked = np.zeros(len(half.X), bool)
         border = np.flatnonzero(half.opposite == np.arange(len(half.opposite)))
@@ -94,7 +95,7 @@ def _mark(X, corner, out, border, loss, marked):
         while not seen[corner[h]]:
             loop[n] = corner[h]
             seen[corner[h]] = True
-            h = out[corner[following(h)]]
+            h = out[corner[next_halfedge(h)]]
             n += 1
         for q in range(n):
             before[q], after[q], heap[q] = q - 1 if q else n - 1, q + 1 if q + 1 < n else 0, q
@@ -121,7 +122,7 @@ def edge_before(m, i):
     """The edge that arrives at a vertex of the border along it."""
     h = m.out[i]
     while True:
-        p = preceding(h)
+        p = prev_halfedge(h)
         h = m.opposite[p]
         if h == p:
             return m.edge[p]
@@ -147,7 +148,7 @@ def corners_round(m, corners, h, before, at, after):
     after it; and the corner that the vertex is, or -1. An edge that keeps its place (at = 0: the one before, at = 1: the one
     after) keeps its corners, and they are not noted.
     """
-    i, j = m.corner[h], m.corner[following(h)]
+    i, j = m.corner[h], m.corner[next_halfedge(h)]
     met, left, right, corner = 0, 0, 0, -1
     previous, later = edge_before(m, i), m.edge[m.out[j]]
     if at > 0.0:

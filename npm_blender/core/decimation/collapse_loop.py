@@ -3,12 +3,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.halfedge_steps import next_halfedge, prev_halfedge
 from ..jit import compiled
 from ..parameterization.collapse_record import AT, FIRST, RING, S1, S2, SIDES
-from ..parameterization.joint_flattening import flatten
+from ..parameterization.joint_flattening import flatten_jointly
+from ..parameterization.stencil import ANCHORED, EDGE, INNER, MAX_RING
 from .border_corners import corners_round, put_corners
 from .edge_heap import DEAD, LOCKED, REJECTED, heapify, put, take
-from .halfedge_mesh import ANCHORED, EDGE, INNER, MAX_RING, collapse, following, gather, is_border, is_simple, preceding
+from .halfedge_mesh import collapse, gather, is_border, link_condition_holds
 from .quadric import best_point
 
 DONE, MORE, EMPTY = 0, 1, 2
@@ -21,7 +23,7 @@ _CHOICES = 100  # a variant chooses among about this many of the cheapest edges
 class Queue(NamedTuple):
     """Edges by price: heap, key and place (see edgeheap); error (e,) float64, stage (e,) int8.
 
-    error: the quadric's; stage: the tests that the edge meets next, which say its price (see `decimate.Stage`);
+    error: the quadric's; stage: the tests that the edge meets next, which say its price (see `decimate.AdmissibilityTest`);
     waiting (n,) bool: vertices whose edges may be rejected ones, which wait for something to change round them.
     """
 
@@ -76,7 +78,7 @@ def _normal(ax, ay, az, bx, by, bz, cx, cy, cz):
 
 @compiled
 def shape_holds(X, ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
-    """Whether no ring face turns by more than `cosine` allows, or gets worse than `quality` and the worst before."""
+    """Whether no ring face turns by more than `orientation_cosine` allows, or gets worse than `quality` and the worst before."""
     worst_before = worst_after = 1.0
     for q in range(t):
         a, b = ring[q], ring[q + 1 if q + 1 < r else 0]
@@ -130,9 +132,9 @@ def _update(m, Q, queue, tests, ring, r, i, size):
     h = first = m.out[i]
     while True:
         e = m.edge[h]
-        queue.error[e], _, _, _ = best_point(Q, m.X, i, m.corner[following(h)])
+        queue.error[e], _, _, _ = best_point(Q, m.X, i, m.corner[next_halfedge(h)])
         size = _enter(queue, tests, e, 0, size)
-        p = preceding(h)
+        p = prev_halfedge(h)
         h = m.opposite[p]
         if h == p:
             e = m.edge[p]
@@ -150,7 +152,7 @@ def _update(m, Q, queue, tests, ring, r, i, size):
             e = m.edge[h]
             if queue.place[e] == REJECTED:
                 size = _enter(queue, tests, e, 0, size)
-            p = preceding(h)
+            p = prev_halfedge(h)
             h = m.opposite[p]
             if h == p:
                 e = m.edge[p]
@@ -170,7 +172,7 @@ def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, 
     """
     h = m.start[e]
     o = m.opposite[h]
-    i, j = m.corner[h], m.corner[following(h)]
+    i, j = m.corner[h], m.corner[next_halfedge(h)]
     if m.valence[i] + m.valence[j] > MAX_RING or (only_border and o != h):
         return NEVER, 0, i
     kind = INNER
@@ -185,12 +187,12 @@ def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, 
         if at_j:
             h, o, i, j = o, h, j, i
     r, t, s1, s2 = gather(m, h, kind, scratch.ring, scratch.face)
-    if t == 0 or (kind == INNER and r < 3) or not is_simple(scratch.ring, r, s1, s2):
+    if t == 0 or (kind == INNER and r < 3) or not link_condition_holds(scratch.ring, r, s1, s2):
         return NEVER, 0, i
     _, x, y, z = best_point(Q, m.X, i, j)
     if not shape_holds(m.X, scratch.ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
         return 0, 0, i
-    if not flatten(m.X, scratch.ring, r, t, s1, s2, kind, i, j, x, y, z, stretch, scratch.uv, scratch.cots,
+    if not flatten_jointly(m.X, scratch.ring, r, t, s1, s2, kind, i, j, x, y, z, stretch, scratch.uv, scratch.cots,
                    scratch.S, scratch.B, scratch.A):
         return 0, 0, i
     previous, later, corner = -1, -1, -1
@@ -250,7 +252,7 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
             if removed == 0 and s + 1 < len(tests.price):
                 size = _enter(queue, tests, e, s + 1, size)
             else:
-                queue.waiting[m.corner[m.start[e]]] = queue.waiting[m.corner[following(m.start[e])]] = True
+                queue.waiting[m.corner[m.start[e]]] = queue.waiting[m.corner[next_halfedge(m.start[e])]] = True
             continue
         done += 1
         counts[0] -= removed

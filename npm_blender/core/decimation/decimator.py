@@ -7,15 +7,15 @@ from ..errors import MeshError
 from ..mesh.topology import opposite_halfedges
 from ..mesh.triangle_mesh import TriMesh
 from ..parallel import together
-from ..parameterization.collapse_record import History
+from ..parameterization.collapse_record import CollapseRecord
 from .border_corners import Corners
 from .collapse_loop import Queue, Scratch, Tests, offer, run
 from .edge_heap import DEAD, REJECTED
-from .halfedge_mesh import Half, connect, opposites
+from .halfedge_mesh import HalfedgeMesh, connect, opposites
 from .quadric import edge_costs, vertex_quadrics
 
 
-def half_edges_with_quadrics(mesh: TriMesh) -> tuple[Half, np.ndarray]:
+def half_edges_with_quadrics(mesh: TriMesh) -> tuple[HalfedgeMesh, np.ndarray]:
     """The half-edge form of a mesh, and the quadrics (n, 10) of its vertices.
 
     Raises MeshError if the mesh is not an oriented edge- and vertex-manifold.
@@ -29,27 +29,27 @@ def half_edges_with_quadrics(mesh: TriMesh) -> tuple[Half, np.ndarray]:
     if pinched:
         raise MeshError(f"Expected a manifold mesh, found {pinched} vertices where separate fans of faces meet; "
                         "clean the mesh first (--clean auto)")
-    return Half(mesh.V.copy(), corner, opposite, edge, out, valence, start), quadrics
+    return HalfedgeMesh(mesh.V.copy(), corner, opposite, edge, out, valence, start), quadrics
 
 
 @dataclass
-class Collapsing:
+class Decimator:
     """A decimation under way.
 
     half: the mesh as it is now; quadrics (n, 10) of its vertices; queue: its edges; corners: of its border; tests: what a
     collapse has to pass; counts (7,) int64: see `collapses.run`; history: the collapses so far.
     """
 
-    half: Half
+    half: HalfedgeMesh
     quadrics: np.ndarray
     queue: Queue
     corners: Corners
     tests: Tests
     counts: np.ndarray
-    history: History
+    history: CollapseRecord
 
     @staticmethod
-    def of(mesh: TriMesh, tests: Tests, base_faces: int, variant: int) -> "Collapsing":
+    def of(mesh: TriMesh, tests: Tests, base_faces: int, variant: int) -> "Decimator":
         """A mesh of which nothing has collapsed yet; no edge is in the queue. Raises MeshError as `half_edges_with_quadrics`.
 
         base_faces: those that the corners of the border are to be content with; variant: see `decimate`.
@@ -61,7 +61,7 @@ class Collapsing:
                       np.zeros(edges, np.int8), np.zeros(len(mesh.V), bool))
         border = (half.opposite == np.arange(len(half.opposite))).any()
         counts = np.array([len(mesh.F), 0, 0, 0, 0, variant, border], np.int64)
-        return Collapsing(half, quadrics, queue, Corners.of(half, base_faces), tests, counts, History.empty())
+        return Decimator(half, quadrics, queue, Corners.of(half, base_faces), tests, counts, CollapseRecord.empty())
 
     @property
     def faces(self) -> int:

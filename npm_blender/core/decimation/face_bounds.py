@@ -1,7 +1,7 @@
 """How few faces a surface can have: what no decimation that keeps the topology gets below, and what shows its handles."""
 import numpy as np
 
-from ..mesh.components import labels
+from ..mesh.components import component_labels
 from ..mesh.topology import directed_edges, opposite_halfedges, topology_of
 from ..settings import AUTO
 
@@ -18,14 +18,14 @@ def least_faces(F: np.ndarray) -> tuple[int, int]:
     h = np.arange(F.size)
     border = opposite == h
     n = int(F.max()) + 1
-    _, part = np.unique(labels(len(F), h // 3, opposite // 3), return_inverse=True)
+    _, part = np.unique(component_labels(len(F), h // 3, opposite // 3), return_inverse=True)
     part = part.reshape(-1)
     count = int(part.max()) + 1
     of_vertex = np.zeros(n, np.int64)
     of_vertex[F.reshape(-1)] = np.repeat(part, 3)
     used = np.unique(F)
     start, end = directed_edges(F)[border].T
-    loops = labels(n, start, end)
+    loops = component_labels(n, start, end)
     edges = (3 * np.bincount(part, minlength=count) + np.bincount(part[h[border] // 3], minlength=count)) // 2
     euler = np.bincount(of_vertex[used], minlength=count) - edges + np.bincount(part, minlength=count)
     holes = np.bincount(of_vertex[np.unique(loops[start])], minlength=count)

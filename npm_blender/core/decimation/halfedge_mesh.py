@@ -13,13 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.halfedge_steps import next_halfedge, prev_halfedge
 from ..jit import compiled
-
-INNER, ANCHORED, EDGE = 0, 1, 2
-MAX_RING = 96
+from ..parameterization.stencil import ANCHORED, EDGE, INNER
 
 
-class Half(NamedTuple):
+class HalfedgeMesh(NamedTuple):
     """Half-edge mesh: X (n, 3) positions, corner/opposite/edge (3 m,), out and valence (n,), start (e,): one half-edge
     of each edge."""
 
@@ -30,18 +29,6 @@ class Half(NamedTuple):
     out: np.ndarray
     valence: np.ndarray
     start: np.ndarray
-
-
-@compiled(inline="always")
-def following(h):
-    """The next half-edge in the face of h."""
-    return h - 2 if h % 3 == 2 else h + 1
-
-
-@compiled(inline="always")
-def preceding(h):
-    """The previous half-edge in the face of h."""
-    return h + 2 if h % 3 == 0 else h - 1
 
 
 @compiled(allocates=True)
@@ -62,12 +49,12 @@ def opposites(corner, n):
     owner, to = np.full(n, -1, np.int32), np.empty(n, np.int32)  # by their end
     for v in range(n):
         for k in range(at[v], at[v + 1]):
-            w = corner[following(leaving[k])]
+            w = corner[next_halfedge(leaving[k])]
             if owner[w] == v:
                 return opposite, False
             owner[w], to[w] = v, leaving[k]
         for k in range(at[v], at[v + 1]):
-            p = preceding(leaving[k])
+            p = prev_halfedge(leaving[k])
             w = corner[p]
             opposite[p] = to[w] if owner[w] == v else p
     return opposite, True
@@ -99,7 +86,7 @@ def connect(corner, opposite, n):
         h, count = out[v], 0
         while True:
             count += 1
-            p = preceding(h)
+            p = prev_halfedge(h)
             h = opposite[p]
             if h == p or h == out[v] or count > valence[v]:
                 break
@@ -118,11 +105,11 @@ def is_border(m, v):
 def _fan(m, h, stop, ring, face, r, t):
     """Append the faces round the start of h, counter-clockwise, until the half-edge `stop` or the border."""
     while h != stop:
-        ring[r] = m.corner[following(h)]
+        ring[r] = m.corner[next_halfedge(h)]
         face[t] = h // 3 * 4 + h % 3
         r += 1
         t += 1
-        p = preceding(h)
+        p = prev_halfedge(h)
         h = m.opposite[p]
         if h == p:
             ring[r] = m.corner[p]
@@ -141,18 +128,18 @@ def gather(m, h, kind, ring, face):
     o = m.opposite[h]
     r = t = s1 = 0
     if kind == INNER:
-        r, t = _fan(m, m.opposite[preceding(o)], following(h), ring, face, r, t)
+        r, t = _fan(m, m.opposite[prev_halfedge(o)], next_halfedge(h), ring, face, r, t)
         s2 = r
-        r, t = _fan(m, m.opposite[preceding(h)], following(o), ring, face, r, t)
+        r, t = _fan(m, m.opposite[prev_halfedge(h)], next_halfedge(o), ring, face, r, t)
     else:
         if kind == ANCHORED:
-            r, t = _fan(m, m.out[m.corner[h]], following(o), ring, face, r, t)
+            r, t = _fan(m, m.out[m.corner[h]], next_halfedge(o), ring, face, r, t)
             s1 = r
-            r, t = _fan(m, m.opposite[preceding(o)], following(h), ring, face, r, t)
+            r, t = _fan(m, m.opposite[prev_halfedge(o)], next_halfedge(h), ring, face, r, t)
         else:
-            r, t = _fan(m, m.out[m.corner[o] if o != h else m.corner[following(h)]], following(h), ring, face, r, t)
+            r, t = _fan(m, m.out[m.corner[o] if o != h else m.corner[next_halfedge(h)]], next_halfedge(h), ring, face, r, t)
         s2 = r
-        p = preceding(h)
+        p = prev_halfedge(h)
         if m.opposite[p] == p:
             ring[r] = m.corner[p]
             r += 1
@@ -165,7 +152,7 @@ def gather(m, h, kind, ring, face):
 
 
 @compiled(inline="always")
-def is_simple(ring, r, s1, s2):
+def link_condition_holds(ring, r, s1, s2):
     """Whether no vertex comes twice in the ring: i and j have no neighbour in common but those of both faces on the edge
     (the link condition)."""
     for q in range(s1, min(s2 + 1, r)):
@@ -201,8 +188,8 @@ def collapse(m, h, kind, x, y, z, face, t, s1, s2, dead):
     dead (3,): edges that vanish. Returns the number of faces removed.
     """
     o = m.opposite[h]
-    i, j = m.corner[h], m.corner[following(h)]
-    n1, p1 = following(h), preceding(h)
+    i, j = m.corner[h], m.corner[next_halfedge(h)]
+    n1, p1 = next_halfedge(h), prev_halfedge(h)
     a = m.corner[p1]
     x1, y1 = m.opposite[n1], m.opposite[p1]
     next_border = m.out[j]
@@ -217,7 +204,7 @@ def collapse(m, h, kind, x, y, z, face, t, s1, s2, dead):
         m.out[i] = y1 if next_border == n1 else next_border
         dead[2] = dead[0]
     else:
-        n2, p2 = following(o), preceding(o)
+        n2, p2 = next_halfedge(o), prev_halfedge(o)
         b = m.corner[p2]
         x2, y2 = m.opposite[p2], m.opposite[n2]
         dead[2] = _stitch(m, p2, n2, b)

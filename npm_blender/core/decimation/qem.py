@@ -1,7 +1,7 @@
 """QEM edge collapse to a base mesh (Garland and Heckbert 1997), recording the successive self-parameterization.
 
 Every collapse keeps the topology (link condition), may not flip a face or ruin its shape, and must have a bijective
-flattening (see `flatten`); so the base has the Euler characteristic, components and border loops of the input, and the
+flattening (see `flatten_jointly`); so the base has the Euler characteristic, components and border loops of the input, and the
 map between them is a bijection by construction. A collapse that fails the tests of shape is offered again under milder
 ones at a higher price: where little is admissible, a poor triangle is better than a wall pulled through the part. An open
 border keeps the edges that its corners need (see `borderedges`), as long as the number of faces can be reached with them.
@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..mesh.triangle_mesh import TriMesh
-from ..parameterization.collapse_record import History
+from ..parameterization.collapse_record import CollapseRecord
 from ..progress import Progress, no_progress, part, rising
 from ..settings import AUTO
 from .collapse_loop import DONE, EMPTY, Scratch, Tests
-from .decimator import Collapsing
+from .decimator import Decimator
 from .face_bounds import roomier
-from .halfedge_mesh import Half
+from .halfedge_mesh import HalfedgeMesh
 from .regions import decimate_regions, worth_dividing
 
 FEWEST, MOST = 100, 2000  # base faces that are chosen from the shape
@@ -29,7 +29,7 @@ STALLED = 0.9  # of the faces left after a round over the regions: no further ro
 MESSAGE = "Decimating"
 
 
-class Stage(NamedTuple):
+class AdmissibilityTest(NamedTuple):
     """Tests of a collapse.
 
     price: factor on the quadric error when the queue orders collapses; cosine: least cosine between a face's normal
@@ -44,9 +44,9 @@ class Stage(NamedTuple):
 
 
 STAGES = (
-    Stage(1.0, 0.2, 0.01, 20.0),
-    Stage(8.0, 0.1, 0.003, 1000.0),
-    Stage(64.0, -0.5, 0.0, np.inf),
+    AdmissibilityTest(1.0, 0.2, 0.01, 20.0),
+    AdmissibilityTest(8.0, 0.1, 0.003, 1000.0),
+    AdmissibilityTest(64.0, -0.5, 0.0, np.inf),
 )
 
 
@@ -65,7 +65,7 @@ class Decimation:
     F0: np.ndarray
     vertices: np.ndarray
     faces: np.ndarray
-    history: History
+    history: CollapseRecord
     opposite: np.ndarray
     message: str = ""
 
@@ -98,7 +98,7 @@ def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) 
     enough, dear = (MOST, DEAR) if base_faces == AUTO else (0, np.inf)
     base_faces = FEWEST if base_faces == AUTO else base_faces
     tests = Tests(*(np.array(column, np.float64) for column in zip(*STAGES, strict=True)))
-    work = Collapsing.of(mesh, tests, enough or base_faces, variant)
+    work = Decimator.of(mesh, tests, enough or base_faces, variant)
     opposite = work.half.opposite.copy()
     total, most, faces = work.faces, max(base_faces, enough), np.inf
 
@@ -126,7 +126,7 @@ def _collapse(mesh: TriMesh, base_faces: int, variant: int, progress: Progress) 
     return _result(mesh, work.half, work.history.used(work.counts), opposite, work.faces if enough else base_faces)
 
 
-def _result(mesh: TriMesh, half: Half, history: History, opposite: np.ndarray, target: int) -> Decimation:
+def _result(mesh: TriMesh, half: HalfedgeMesh, history: CollapseRecord, opposite: np.ndarray, target: int) -> Decimation:
     corner = half.corner.reshape(-1, 3)
     faces = np.flatnonzero(corner[:, 0] >= 0).astype(np.int32)
     vertices, F0 = np.unique(corner[faces], return_inverse=True)

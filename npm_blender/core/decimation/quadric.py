@@ -4,6 +4,8 @@ A quadric is ten numbers (xx, xy, xz, yy, yz, zz, bx, by, bz, c) with E(x) = x'A
 """
 import numpy as np
 
+from ..geometry.halfedge_steps import next_halfedge
+from ..geometry.symmetric3 import add_outer
 from ..jit import compiled
 from ..parallel import each
 
@@ -11,17 +13,6 @@ BORDER_WEIGHT = 1.0  # of a border edge's perpendicular plane, times its squared
 PULL = 1e-6  # regularisation of the optimal position, relative to the trace of A: flat directions go to the midpoint
 SLICE = 32_000  # edges that one thread takes at a time
 REACH = 2.0  # the optimal position may lie this many edge lengths away from the midpoint
-
-
-@compiled
-def add_outer(block, x, y, z, w):
-    """Add w times the outer product of (x, y, z) with itself to a symmetric matrix (xx, xy, xz, yy, yz, zz)."""
-    block[0] += w * x * x
-    block[1] += w * x * y
-    block[2] += w * x * z
-    block[3] += w * y * y
-    block[4] += w * y * z
-    block[5] += w * z * z
 
 
 @compiled
@@ -117,7 +108,7 @@ def best_point(Q, X, i, j):
 def _costs(Q, X, corner, start, first, last, cost):
     for e in range(first, last):
         h = start[e]
-        cost[e], _, _, _ = best_point(Q, X, corner[h], corner[h - 2 if h % 3 == 2 else h + 1])
+        cost[e], _, _, _ = best_point(Q, X, corner[h], corner[next_halfedge(h)])
 
 
 def edge_costs(Q: np.ndarray, X: np.ndarray, corner: np.ndarray, start: np.ndarray) -> np.ndarray:

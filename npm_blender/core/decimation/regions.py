@@ -10,16 +10,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..geometry.halfedge_steps import next_halfedge
 from ..geometry.spatial_order import boxes
 from ..jit import compiled
 from ..mesh.radix_order import order_of
 from ..parallel import each
-from ..parameterization.collapse_record import History
+from ..parameterization.collapse_record import CollapseRecord
 from ..progress import Progress
 from .collapse_loop import MORE, Scratch, Tests
-from .decimator import Collapsing
+from .decimator import Decimator
 from .edge_heap import DEAD, LOCKED
-from .halfedge_mesh import following
 
 LEFT = 4  # times the base's faces are left in a region
 DIVIDED = 4  # times as many faces as are left: those of a region at least
@@ -55,12 +55,12 @@ def _assign(m, label, place, region, edges, faces, deep):
             deep[a] = deep[b] = deep[c] = False
         for h in range(3 * f, 3 * f + 3):
             if m.opposite[h] == h:
-                deep[m.corner[h]] = deep[m.corner[following(h)]] = False
+                deep[m.corner[h]] = deep[m.corner[next_halfedge(h)]] = False
     for e in range(len(place)):
         region[e] = -1
         if place[e] == DEAD:
             continue
-        i, j = m.corner[m.start[e]], m.corner[following(m.start[e])]
+        i, j = m.corner[m.start[e]], m.corner[next_halfedge(m.start[e])]
         if deep[i] and deep[j]:
             region[e] = label[i]
             edges[label[i]] += 1
@@ -68,7 +68,7 @@ def _assign(m, label, place, region, edges, faces, deep):
             place[e] = LOCKED
 
 
-def decimate_regions(work: Collapsing, base_faces: int, dear: float, progress: Progress, message: str) -> None:
+def decimate_regions(work: Decimator, base_faces: int, dear: float, progress: Progress, message: str) -> None:
     """Collapse edges inside of boxes, and note them in the history of the work.
 
     Only edges that pass the first tests, at a price of at most `dear`. Raises what `progress` does.
@@ -85,11 +85,12 @@ def decimate_regions(work: Collapsing, base_faces: int, dear: float, progress: P
     ends = np.cumsum(edges)
     first_tests = Tests(*(column[:1] for column in work.tests))
 
-    def task(k: int) -> Collapsing:
+    def task(k: int) -> Decimator:
         seed = int(counts[5]) + 2 * k if counts[5] else 0
         own = np.array([faces[k], 0, 0, 0, 0, seed, 0], np.int64)
         heap, key = np.empty(edges[k], np.int32), np.empty(edges[k])
-        region = replace(work, queue=queue._replace(heap=heap, key=key), tests=first_tests, counts=own, history=History.empty())
+        region = replace(work, queue=queue._replace(heap=heap, key=key), tests=first_tests, counts=own,
+                         history=CollapseRecord.empty())
         region.offer(order[ends[k] - edges[k]:ends[k]])
         while region.run(Scratch.make(), left, len(order), len(order), dear) == MORE:
             pass

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import MeshError
-from ..geometry.closest_point import Surface, sample
-from ..mesh.triangle_mesh import Frame, TriMesh
+from ..geometry.closest_point import ClosestPoints
+from ..geometry.sampling import sample
+from ..mesh.triangle_mesh import TriMesh, UnitFrame
 
 DISTANCE_UNIT = 1e-4  # of the unit cube's side, as the paper's tables print distances
 
@@ -36,9 +37,9 @@ class Original:
 
         Raises MeshError if the mesh has no extent or no area. Faces without area are left out: they have no normal.
         """
-        self._frame = Frame.of(mesh.V)
+        self._frame = UnitFrame.of(mesh.V)
         self._mesh = _with_area(TriMesh(self._frame.to_unit(mesh.V), mesh.F), "original")
-        self._surface = Surface(self._mesh)
+        self._surface = ClosestPoints(self._mesh)
         self._normals = self._mesh.face_normals()
         self._samples, self._seed = samples, seed
         self._points = sample(self._mesh, samples, seed)[0]
@@ -49,7 +50,7 @@ class Original:
         points, face = sample(decoded, self._samples, self._seed)
         distance, _, nearest = self._surface.closest(points)
         angle = _angle(decoded.face_normals()[face], self._normals[nearest])
-        reverse = Surface(decoded).closest(self._points)[0]
+        reverse = ClosestPoints(decoded).closest(self._points)[0]
         return Metrics(d_pm=float(distance.mean() / DISTANCE_UNIT), d_normal=float(np.degrees(angle.mean())),
                        d_reverse=float(reverse.mean() / DISTANCE_UNIT),
                        d_p99=float(np.percentile(distance, 99) / DISTANCE_UNIT),

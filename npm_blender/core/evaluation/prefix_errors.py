@@ -11,7 +11,7 @@ import numpy as np
 
 from ..codec.progressive_mesh import ProgressiveMesh
 from ..errors import StreamError
-from ..mesh.triangle_mesh import Frame, TriMesh
+from ..mesh.triangle_mesh import TriMesh, UnitFrame
 from ..progress import Progress, no_progress
 
 # stops where features change most, and the ends of the stages in which they are sent: latents, then offsets (features.LATENTS)
@@ -32,7 +32,7 @@ class StopErrors:
 
 
 @dataclass(frozen=True)
-class Quality:
+class PrefixErrors:
     """Errors of a stream's prefixes.
 
     size: longest side of the original's box, object units; features: (s,) ascending numbers of features, the first 0
@@ -61,7 +61,7 @@ class Quality:
         return json.dumps(said, separators=(",", ":"))
 
 
-def from_text(text: str) -> Quality:
+def from_text(text: str) -> PrefixErrors:
     """The inverse of `to_text`. Raises StreamError if the text is damaged."""
     try:
         if len(text) > _LIMIT:
@@ -80,10 +80,10 @@ def from_text(text: str) -> Quality:
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
         raise StreamError(f"Expected measured errors as JSON, found damaged text ({error}); "
                           "compress the original again") from error
-    return Quality(size, features, sizes, errors)
+    return PrefixErrors(size, features, sizes, errors)
 
 
-def measure(stream: ProgressiveMesh, original: TriMesh, progress: Progress = no_progress) -> Quality:
+def measure(stream: ProgressiveMesh, original: TriMesh, progress: Progress = no_progress) -> PrefixErrors:
     """Errors of all levels at the stops that the stream has. original: what was compressed, in the same frame.
 
     Takes some 20 ms a stop and level beside the decoding. Raises MeshError if the original has no area, Cancelled
@@ -104,4 +104,4 @@ def measure(stream: ProgressiveMesh, original: TriMesh, progress: Progress = no_
                 measured.append(StopErrors(*(getattr(found, name) for name in _FIELDS)))
         progress((k + 1) / len(stops), "Measuring")
     sizes = tuple(stream.bytes_for(features) for features in stops)
-    return Quality(Frame.of(original.V).size, stops, sizes, tuple(map(tuple, errors)))
+    return PrefixErrors(UnitFrame.of(original.V).size, stops, sizes, tuple(map(tuple, errors)))

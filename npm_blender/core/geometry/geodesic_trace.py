@@ -12,7 +12,7 @@ _FLAT = 1e-12  # squared sine of an angle below which a triangle has no area
 _CANCELLED = 1e-9  # length below which the sum of normals is none
 
 
-class Surface(NamedTuple):
+class TraceMesh(NamedTuple):
     """The input: V (n, 3), F (m, 3) int32, opposite (3 m,) int32, vertex normals N (n, 3)."""
 
     V: np.ndarray
@@ -21,7 +21,7 @@ class Surface(NamedTuple):
     N: np.ndarray
 
 
-class Points(NamedTuple):
+class SurfacePoints(NamedTuple):
     """Points on a surface: face (n,) int32 and barycentric b (n, 3); their positions P and normals N (n, 3), of length
     one, or zero where those of the face's corners cancel out."""
 
@@ -51,7 +51,7 @@ def _across(V, a, b, c, w, db, dc):
 
 
 @compiled
-def walk(surface, f, b, x, y, z):
+def trace_geodesic(surface, f, b, x, y, z):
     """Move the point (face f, barycentrics b) straight over the surface by (x, y, z), unfolding edges; b changes.
 
     Returns the new face. Stops at the border, at a face without area, and after _STEPS faces.
@@ -104,7 +104,7 @@ def walk(surface, f, b, x, y, z):
 
 
 @compiled
-def show(surface, points, v, f, b):
+def evaluate_at(surface, points, v, f, b):
     """Set the position and normal of point v to those of (face f, barycentrics b), but leave its face as it is."""
     i, j, k = surface.F[f, 0], surface.F[f, 1], surface.F[f, 2]
     P, N = points.P, points.N
@@ -119,21 +119,21 @@ def show(surface, points, v, f, b):
 
 
 @compiled
-def move(surface, points, v, f, b):
+def put_at(surface, points, v, f, b):
     """Put point v at (face f, barycentrics b)."""
     points.face[v] = f
     points.b[v, 0], points.b[v, 1], points.b[v, 2] = b[0], b[1], b[2]
-    show(surface, points, v, f, b)
+    evaluate_at(surface, points, v, f, b)
 
 
 @compiled
 def _show_all(surface, points, first, last):
     for v in range(first, min(last, len(points.face))):
-        show(surface, points, v, points.face[v], points.b[v])
+        evaluate_at(surface, points, v, points.face[v], points.b[v])
 
 
-def points_on(surface: Surface, face: np.ndarray, barycentric: np.ndarray) -> Points:
+def points_on(surface: TraceMesh, face: np.ndarray, barycentric: np.ndarray) -> SurfacePoints:
     """Points that can be moved: copies of face (n,) int32 and barycentric (n, 3), with positions and normals."""
-    points = Points(face.copy(), barycentric.copy(), np.empty((len(face), 3)), np.empty((len(face), 3)))
+    points = SurfacePoints(face.copy(), barycentric.copy(), np.empty((len(face), 3)), np.empty((len(face), 3)))
     each(lambda first: _show_all(surface, points, first, first + SLICE), range(0, len(face), SLICE))
     return points

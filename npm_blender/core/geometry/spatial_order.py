@@ -4,6 +4,8 @@ import numpy as np
 from ..mesh.radix_order import order_of
 from ..mesh.triangle_mesh import TriMesh
 
+GRID = 1024  # cells per axis of the curve along which queries are answered
+
 BITS = 10  # per coordinate
 
 
@@ -44,3 +46,15 @@ def boxes(P: np.ndarray, most: int) -> np.ndarray:
         for half in (order[len(group) // 2:], order[:len(group) // 2]):
             groups.append((group[half], columns.take(half, 1)))
     return out
+
+
+def _along_curve(P: np.ndarray) -> np.ndarray:
+    """Order of P (n, 3) along a Z-order curve of its bounding box, (n,) int64."""
+    if len(P) == 0:
+        return np.zeros(0, np.int64)
+    low = P.min(0)
+    size = max(float((P.max(0) - low).max()), 1e-300)
+    cell = np.minimum((P - low) * (GRID / size), GRID - 1).astype(np.uint32)
+    for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
+        cell = (cell | (cell << np.uint32(shift))) & np.uint32(mask)
+    return np.argsort(cell[:, 0] | (cell[:, 1] << np.uint32(1)) | (cell[:, 2] << np.uint32(2)), kind="stable")

@@ -1,8 +1,8 @@
 """Finding vertices that lie at exactly the same place, or at nearly the same."""
 import numpy as np
 
-from ..cleaning.edge_groups import find, join
 from ..jit import compiled
+from .disjoint_sets import find_root, unite
 
 SLOPE = np.array([0.6180339887, 0.5545497331, 0.5571067812])  # a direction that no plane of a model is square to
 WORK = 256  # distances computed for each point, at most: more are near each other only where there is no shape
@@ -66,7 +66,7 @@ def _near(V, reach, along, order, work):
             near = min(reach[a], reach[b])
             x, y, z = V[a, 0] - V[b, 0], V[a, 1] - V[b, 1], V[a, 2] - V[b, 2]
             if x * x + y * y + z * z < near * near:
-                join(parent, a, b)
+                unite(parent, a, b)
     for i in range(len(V)):
-        parent[i] = find(parent, i)
+        parent[i] = find_root(parent, i)
     return parent

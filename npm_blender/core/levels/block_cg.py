@@ -5,22 +5,11 @@ be solved for alone, while the others stay: then only these and the edges at the
 """
 import numpy as np
 
+from ..geometry.symmetric3 import invert_blocks
 from ..jit import compiled
 
-DIAGONAL = (0, 3, 5)  # of a block
 ITERATIONS = 60
 TOLERANCE = 1e-3  # least norm of the preconditioned residual, relative to the first
-
-
-@compiled
-def _invert(own, vertices, out):
-    """out = own^-1, for symmetric 3 x 3 blocks (n, 6), at the vertices (k,)."""
-    for v in vertices:
-        a, b, c, d, e, f = own[v, 0], own[v, 1], own[v, 2], own[v, 3], own[v, 4], own[v, 5]
-        c00, c01, c02 = d * f - e * e, c * e - b * f, b * e - c * d
-        s = 1.0 / (a * c00 + b * c01 + c * c02)
-        out[v, 0], out[v, 1], out[v, 2] = s * c00, s * c01, s * c02
-        out[v, 3], out[v, 4], out[v, 5] = s * (a * f - c * c), s * (b * c - a * e), s * (a * d - b * b)
 
 
 @compiled
@@ -53,7 +42,7 @@ def _cross_times(cross, edges, numbers, x, out):
 
 
 @compiled(allocates=True)
-def descend(own, cross, edges, right, vertices, numbers, x, least):
+def conjugate_gradients(own, cross, edges, right, vertices, numbers, x, least):
     """Bring the displacements x (n, 3) of the vertices (k,) to a solution of their normal equations, while the others stay, by
     conjugate gradients with the blocks of the vertices.
 
@@ -62,7 +51,7 @@ def descend(own, cross, edges, right, vertices, numbers, x, least):
     """
     n = len(own)
     inverse, p, q, r, s = np.empty((n, 6)), np.zeros((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
-    _invert(own, vertices, inverse)
+    invert_blocks(own, vertices, inverse)
     if least < 0.0:
         least = TOLERANCE * TOLERANCE * _own_times(inverse, vertices, right, s)
     _own_times(own, vertices, x, q)

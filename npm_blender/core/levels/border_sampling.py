@@ -6,7 +6,7 @@ base edge; the best choice for all vertices of the base edge together is found b
 """
 import numpy as np
 
-from ..decimation.halfedge_mesh import following
+from ..geometry.halfedge_steps import next_halfedge
 from ..jit import compiled
 from ..mesh.subdivision import Level
 from ..mesh.triangle_mesh import TriMesh
@@ -88,19 +88,19 @@ def _candidates(V, corner, out, half, share, chain, place):
     k, start, end, last = len(chain) - 2, half[chain[0]], half[chain[-1]], share[chain[-1]]
     h, inner = start, 2
     while (h != end or (inner == 2 and last <= share[chain[0]])) and inner <= len(corner):
-        h = out[corner[following(h)]]
+        h = out[corner[next_halfedge(h)]]
         inner += 1
     halves, shares = np.empty(inner + k, np.int64), np.zeros(inner + k)
     h = start
     for q in range(inner - 1):
         halves[q] = h
-        h = out[corner[following(h)]]
+        h = out[corner[next_halfedge(h)]]
     halves[inner - 1], shares[0], shares[inner - 1] = end, share[chain[0]], last
     for j in range(k):
         halves[inner + j], shares[inner + j] = half[chain[1 + j]], share[chain[1 + j]]
     X, at, own = np.empty((inner + k, 3)), np.empty(inner + k), np.empty(k)
     for q in range(inner + k):
-        i, j = corner[halves[q]], corner[following(halves[q])]
+        i, j = corner[halves[q]], corner[next_halfedge(halves[q])]
         for c in range(3):
             X[q, c] = V[i, c] + shares[q] * (V[j, c] - V[i, c])
     at[0] = 0.0
@@ -144,7 +144,7 @@ def _slide(V, corner, out, fine_corner, fine_out, bases, count, half, share, fac
     for v in bases:
         chain[0], whole = v, half[v] >= 0
         for k in range(count + 1):
-            chain[k + 1] = fine_corner[following(fine_out[chain[k]])]
+            chain[k + 1] = fine_corner[next_halfedge(fine_out[chain[k]])]
             whole = whole and half[chain[k + 1]] >= 0
         if not whole:
             continue
@@ -164,7 +164,7 @@ def _slide(V, corner, out, fine_corner, fine_out, bases, count, half, share, fac
 
 def follow_border(mesh: TriMesh, opposite: np.ndarray, levels: list[Level], face: np.ndarray,
                   b: np.ndarray) -> None:
-    """Slide the border vertices of the finest of `levels` along the input's border, in place: face (n,), b (n, 3).
+    """Slide the border vertices of the finest of `build_levels` along the input's border, in place: face (n,), b (n, 3).
 
     opposite (3 m,): opposite half-edges of the mesh. Base vertices stay. A base edge whose vertices do not follow each
     other on the loop is left as it is.

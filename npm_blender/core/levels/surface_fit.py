@@ -10,13 +10,13 @@ the map leave upright, its vertices go back towards those points (see `upright`)
 """
 import numpy as np
 
-from ..decimation.quadric import add_outer
+from ..geometry.face_orientation import orientation_cosine
 from ..geometry.normals import normal as triangle_normal
+from ..geometry.symmetric3 import DIAGONAL, add_outer
 from ..jit import compiled
 from ..mesh.subdivision import Level
 from ..progress import Progress, no_progress
-from ..untangling.one_rings import cosine
-from .block_cg import DIAGONAL, descend
+from .block_cg import conjugate_gradients
 
 NORMAL = 0.1  # weight of the normals: squared height difference along an edge, times the area of the face
 SPRING = 0.02  # weight of the squared distance to the point of the map
@@ -137,7 +137,7 @@ def _stiffen(F, edges, turned, share, fixed, own, spring, ring, vertices, number
     return near, at
 
 
-def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, middle_direction: np.ndarray,
+def fit_to_surface(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, middle_direction: np.ndarray,
         progress: Progress = no_progress) -> np.ndarray:
     """Fitted positions (n, 3) float64 of the vertices of a level.
 
@@ -160,7 +160,7 @@ def fit(level: Level, V: np.ndarray, direction: np.ndarray, middle: np.ndarray, 
     vertices, edges, least = np.flatnonzero(~fixed), np.arange(e), -1.0
     for done in range(ROUNDS):
         progress(done / ROUNDS, "Fitting the levels")
-        least = descend(own, cross, level.edges, right, vertices, edges, x, least)
+        least = conjugate_gradients(own, cross, level.edges, right, vertices, edges, x, least)
         X = V + x
         if not _turned(F, X, normal, turned):
             break
@@ -183,7 +183,7 @@ def _go_back(F, S, X, N, V, share, moved, looked):
                 continue
             now += 1
             looked[f] = now
-            if cosine(F, V, N, f) > 0.0 or not cosine(F, S, N, f) > 0.0:
+            if orientation_cosine(F, V, N, f) > 0.0 or not orientation_cosine(F, S, N, f) > 0.0:
                 continue
             for c in range(3):
                 v = F[f, c]
@@ -198,7 +198,7 @@ def _go_back(F, S, X, N, V, share, moved, looked):
                     V[v, 0], V[v, 1], V[v, 2] = S[v, 0], S[v, 1], S[v, 2]
 
 
-def upright(levels: list[Level], points: np.ndarray, fitted: np.ndarray, normals: np.ndarray) -> np.ndarray:
+def restore_orientation(levels: list[Level], points: np.ndarray, fitted: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """Fitted positions (n, 3), some moved back towards the points of the map (n, 3).
 
     No face of levels 1..L then opposes the sum of its corners' normals (n, 3) that does not at the points of the map.

@@ -2,7 +2,7 @@
 import numpy as np
 
 
-def labels(n: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def component_labels(n: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Smallest member of each node's part, (n,) int64, for n nodes joined by the pairs a[i]-b[i]."""
     root = np.arange(n, dtype=np.int64)
     while True:
@@ -21,6 +21,6 @@ def labels(n: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def count_roots(owner: np.ndarray, a: np.ndarray, b: np.ndarray, n: int) -> np.ndarray:
     """Number of parts among the nodes of each owner, (n,) int32; owner[i] in 0..n-1 owns node i, pairs a-b join nodes."""
-    parts = labels(len(owner), a, b)
+    parts = component_labels(len(owner), a, b)
     roots = np.unique(parts)
     return np.bincount(owner[roots], minlength=n).astype(np.int32)

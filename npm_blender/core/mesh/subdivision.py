@@ -100,3 +100,19 @@ def hierarchy(F0: np.ndarray, n0: int, levels: int) -> list[Level]:
 def midpoints(V: np.ndarray, level: Level) -> np.ndarray:
     """V (n, ...) followed by the mean of each edge's ends, (n + e, ...): the level's own vertices at the next level."""
     return np.concatenate([V, (V[level.edges[:, 0]] + V[level.edges[:, 1]]) / 2])
+
+
+def subdivided_opposite(opposite: np.ndarray) -> np.ndarray:
+    """Opposite half-edges (12 m,) of the subdivided faces, given those (3 m,) of the faces; see `subdivide`."""
+    m = len(opposite) // 3
+    h = np.arange(3 * m)
+    f, k = h // 3, h % 3
+    after = h // 3 * 3 + (k + 1) % 3
+    half_one, half_two = 3 * (h // 3 * 4 + k), 3 * (after // 3 * 4 + after % 3) + 2
+    border = opposite == h
+    out = np.empty(12 * m, dtype=np.int64)
+    out[half_one] = np.where(border, half_one, half_two[opposite])
+    out[half_two] = np.where(border, half_two, half_one[opposite])
+    inner, centre = 3 * (4 * f + (k + 1) % 3) + 1, 3 * (4 * f + 3) + k
+    out[inner], out[centre] = centre, inner
+    return out

@@ -81,15 +81,15 @@ class Topology:
 
 def topology_of(F: np.ndarray) -> Topology:
     """The topology of faces F (m, 3). Raises MeshError if F is not an oriented edge-manifold."""
-    from .components import labels
+    from .components import component_labels
 
     opposite = opposite_halfedges(F)
     h = np.arange(F.size)
     border = opposite == h
     n = int(F.max()) + 1
-    parts = labels(len(F), h // 3, opposite // 3)
+    parts = component_labels(len(F), h // 3, opposite // 3)
     start, end = directed_edges(F)[border].T
-    loops = labels(n, start, end)
+    loops = component_labels(n, start, end)
     return Topology(
         vertices=len(np.unique(F)), edges=int((F.size + border.sum()) // 2), faces=len(F),
         components=len(np.unique(parts)), border_loops=len(np.unique(loops[start])), border_edges=int(border.sum()))

@@ -54,7 +54,7 @@ class TriMesh:
 
 
 @dataclass(frozen=True)
-class Frame:
+class UnitFrame:
     """The similarity between object space and the unit frame, in which everything is encoded and measured.
 
     unit = (object - centre) / size: the bounding box is centred at the origin and its longest side is 1 (the paper's
@@ -65,13 +65,13 @@ class Frame:
     size: float
 
     @staticmethod
-    def of(V: np.ndarray) -> "Frame":
+    def of(V: np.ndarray) -> "UnitFrame":
         """The frame of points V (n, 3). Raises MeshError if they all coincide."""
         low, high = V.min(0), V.max(0)
         size = float((high - low).max())
         if not size > 0:
             raise MeshError("Expected a mesh with extent, found all vertices in one point; check its scale")
-        return Frame((low + high) / 2, size)
+        return UnitFrame((low + high) / 2, size)
 
     def to_unit(self, V: np.ndarray) -> np.ndarray:
         """Object space (n, 3) to the unit frame."""
@@ -80,3 +80,12 @@ class Frame:
     def to_object(self, V: np.ndarray) -> np.ndarray:
         """Unit frame (n, 3) back to object space; the inverse of `to_unit`."""
         return V * self.size + self.centre
+
+
+def compact(V: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """V and F without unused vertices, order kept."""
+    used = np.zeros(len(V), bool)
+    used[F] = True
+    if used.all():
+        return V, F
+    return V[used], (np.cumsum(used) - 1).astype(np.int32)[F]

@@ -10,8 +10,10 @@ of that: what the network cannot say in few bytes, and what it sees when it pred
 """
 from typing import NamedTuple
 
+from .frames import corner_frames, edge_frames
 from .input_features import geometry_features
-from .layers import MeshIndex, bilinear_upsample, corner_frames, edge_frames, face_convolution, two_face_linear
+from .layers import bilinear_upsample, face_convolution, two_face_linear
+from .mesh_index import MeshIndex
 
 FEATURES = 8  # numbers in a latent feature
 EDGES = 3  # numbers in a feature of offsets

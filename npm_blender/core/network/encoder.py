@@ -6,8 +6,10 @@ a linear layer on the pooled features and on the details of M^(i-1) themselves g
 than those trained on reuse the finest trained network.
 """
 
+from .frames import edge_frames
 from .input_features import geometry_features
-from .layers import MeshIndex, average_pool, edge_frames, face_convolution
+from .layers import average_pool, face_convolution
+from .mesh_index import MeshIndex
 
 
 def details(B, V, V_next, mesh: MeshIndex):

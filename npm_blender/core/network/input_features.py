@@ -6,7 +6,8 @@ in 90 degree steps against that); here the same six numbers are seen from the fa
 centre stands off the face's plane, and the angle to each neighbour's normal. In slots: 1 + 4 x 3 = 13 numbers, plus a
 flag per border edge.
 """
-from .layers import MeshIndex, face_normals, norm
+from .frames import face_normals, norm
+from .mesh_index import MeshIndex
 
 CHANNELS = 6
 

@@ -6,50 +6,8 @@ order, and a layer can tell which of a face's three edges it looks at - which on
 (SubdivNet's kernel; the vertex displacement of the paper needs it, see docs/architecture.md).
 All functions take a backend `B` (NumPy or torch) and arrays of that backend.
 """
-from dataclasses import dataclass
-
-import numpy as np
-
-from ..mesh.subdivision import Level
 
 
-@dataclass(frozen=True)
-class MeshIndex:
-    """A level's connectivity as index arrays of a backend.
-
-    F (3 m,) corner vertices, which half-edges start at; opposite (3 m,); end (3 m,) where they end; edge_a, edge_b (e,)
-    ends of each edge; left, right (e,) the half-edges of each edge (equal on the border); inner (3 m, 1) float: 0 on the
-    border, else 1; share (n, 1) float: 1 / number of corners at a vertex; edge_of (3 m,): edge of each half-edge;
-    side (3 m, 1) float: 1 if it is the edge's left half-edge, else -1.
-    """
-
-    m: int
-    n: int
-    F: object
-    opposite: object
-    end: object
-    edge_a: object
-    edge_b: object
-    left: object
-    right: object
-    inner: object
-    share: object
-    edge_of: object
-    side: object
-
-    @staticmethod
-    def of(B, level: Level) -> "MeshIndex":
-        """The index arrays of one level."""
-        m = len(level.F)
-        end = level.F[:, [1, 2, 0]].reshape(-1)
-        halfedge = np.arange(3 * m)
-        inner = (level.opposite != halfedge).astype(np.float32)[:, None]
-        share = 1 / np.maximum(np.bincount(level.F.reshape(-1), minlength=level.n), 1)[:, None]
-        side = np.where(level.edge_halfedge[level.edge_of, 0] == halfedge, 1, -1).astype(np.float32)[:, None]
-        return MeshIndex(m, level.n, B.index(level.F.reshape(-1)), B.index(level.opposite), B.index(end),
-                         B.index(level.edges[:, 0]), B.index(level.edges[:, 1]), B.index(level.edge_halfedge[:, 0]),
-                         B.index(level.edge_halfedge[:, 1]), B.array(inner), B.array(share), B.index(level.edge_of),
-                         B.array(side))
 
 
 def circulant(B, w):
@@ -123,44 +81,3 @@ def average_pool(B, x, layer):
     y = B.product(x.reshape(m, -1), B.concat([circulant(B, corners), circulant(B, layer["centre"])], 0))
     return (y / 4).reshape(3 * m, -1)
 
-
-def edge_frames(B, V, mesh: MeshIndex):
-    """Local frame of every edge: x along it, z the mean of its two face normals, y = z x x (rows), and its length.
-
-    V (n, 3) -> x, y, z (e, 3), length (e, 1). The half-edge on the other side sees x and y negated, and the same z.
-    """
-    normal, _ = face_normals(B, V, mesh)
-    ends = B.take(V, mesh.edge_b) - B.take(V, mesh.edge_a)
-    length = norm(B, ends)
-    x = ends / length
-    face = mesh.left // 3, mesh.right // 3
-    z = B.take(normal, face[0]) + B.take(normal, face[1])
-    z = z - x * B.dot(x, z)[:, None]
-    z = z / norm(B, z)
-    return x, B.cross(z, x), z, length
-
-
-def corner_frames(B, V, mesh: MeshIndex):
-    """Local frame of every corner: x along its half-edge, z the face normal, y = z x x (rows), and the edge's length.
-
-    V (n, 3) -> x, y, z (3 m, 3), length (3 m, 1).
-    """
-    normal, _ = face_normals(B, V, mesh)
-    z = B.concat([normal[:, None]] * 3, 1).reshape(3 * mesh.m, 3)
-    edge = B.take(V, mesh.end) - B.take(V, mesh.F)
-    length = norm(B, edge)
-    x = edge / length
-    return x, B.cross(z, x), z, length
-
-
-def face_normals(B, V, mesh: MeshIndex):
-    """Unit normals (m, 3) and twice the areas (m, 1) of the faces of V (n, 3)."""
-    corners = B.take(V, mesh.F).reshape(mesh.m, 3, 3)
-    normal = B.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    size = norm(B, normal, 1e-20)
-    return normal / size, size
-
-
-def norm(B, x, floor=1e-12):
-    """Euclidean norm of rows (m, c) -> (m, 1), bounded below so that gradients stay finite."""
-    return B.sqrt(B.clamp(B.dot(x, x)[:, None], floor))

@@ -99,7 +99,7 @@ def flatten(tree, prefix: str = "") -> dict:
 
 
 def unflatten(leaves: dict) -> dict:
-    """The tree of dotted names; levels whose keys are all numbers become lists. The inverse of `flatten`."""
+    """The tree of dotted names; levels whose keys are all numbers become lists. The inverse of `flatten_jointly`."""
     tree: dict = {}
     for name, value in leaves.items():
         *path, last = name.split(".")

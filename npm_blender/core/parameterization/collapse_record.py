@@ -16,7 +16,7 @@ SPARE = 200  # of each that are always left: a collapse takes less (see halfedge
 FIRST, AT, RING, SIDES, S1, S2 = range(6)  # columns of `collapses`
 
 
-class History(NamedTuple):
+class CollapseRecord(NamedTuple):
     """See the module. collapses (c + 1, 6) int32, of whose last row only FIRST counts (the rest is 0); faces (e,) int32;
     uv (p,) complex128."""
 
@@ -25,18 +25,18 @@ class History(NamedTuple):
     uv: np.ndarray
 
     @staticmethod
-    def empty() -> "History":
+    def empty() -> "CollapseRecord":
         """No collapses yet."""
-        return History(np.zeros((1, 6), np.int32), np.zeros(0, np.int32), np.zeros(0, np.complex128))
+        return CollapseRecord(np.zeros((1, 6), np.int32), np.zeros(0, np.int32), np.zeros(0, np.complex128))
 
-    def with_room(self, counts: np.ndarray, collapses: int) -> "History":
+    def with_room(self, counts: np.ndarray, collapses: int) -> "CollapseRecord":
         """Itself, or a copy with at least half as much room again, so that about `collapses` more collapses fit.
 
         At least one more does, of any size. counts[2:5]: collapses, faces and positions in use.
         """
         return self._grown(counts, counts[2:5], collapses)
 
-    def _grown(self, counts: np.ndarray, taken: np.ndarray, collapses: int) -> "History":
+    def _grown(self, counts: np.ndarray, taken: np.ndarray, collapses: int) -> "CollapseRecord":
         """Itself or a copy with room for `collapses` more than have taken (3,) collapses, faces and positions."""
         arrays = []
         used = counts[2] + 1, counts[3], counts[4]
@@ -46,15 +46,15 @@ class History(NamedTuple):
                 old, array = array, np.empty((max(least, 3 * len(array) // 2), *array.shape[1:]), array.dtype)
                 array[:filled] = old[:filled]
             arrays.append(array)
-        return History(*arrays)
+        return CollapseRecord(*arrays)
 
-    def used(self, counts: np.ndarray) -> "History":
+    def used(self, counts: np.ndarray) -> "CollapseRecord":
         """Itself without unused room; views, not copies."""
         collapses, faces, positions = (int(v) for v in counts[2:5])
         self.collapses[collapses, 1:] = 0
-        return History(self.collapses[:collapses + 1], self.faces[:faces], self.uv[:positions])
+        return CollapseRecord(self.collapses[:collapses + 1], self.faces[:faces], self.uv[:positions])
 
-    def followed_by(self, counts: np.ndarray, parts: list["History"], collapses: int) -> "History":
+    def followed_by(self, counts: np.ndarray, parts: list["CollapseRecord"], collapses: int) -> "CollapseRecord":
         """Its collapses and then those of parts, with room for about `collapses` more; counts follow.
 
         No part touches a face of another; they have no unused room, and count from 0.

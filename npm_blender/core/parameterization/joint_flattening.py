@@ -11,9 +11,9 @@ a positively oriented flattening of the before-side with that boundary has degre
 """
 import numpy as np
 
-from ..decimation.halfedge_mesh import ANCHORED, EDGE, INNER
 from ..jit import compiled
 from .lscm import assemble, eliminate, measure, place
+from .stencil import ANCHORED, EDGE, INNER
 
 FLAT = 0.95  # least cosine between the faces of a patch, before and after, and the plane that it is projected on
 MIN_AREA = 1e-7  # twice a flattened triangle's, relative to the squared extent: keeps barycentrics to 1e-9
@@ -198,7 +198,7 @@ def place_convex(r, s1, s2, kind, uv):
 
 
 @compiled
-def flatten(X, ring, r, t, s1, s2, kind, i, j, x, y, z, limit, uv, cots, S, B, A):
+def flatten_jointly(X, ring, r, t, s1, s2, kind, i, j, x, y, z, limit, uv, cots, S, B, A):
     """Fill uv (r + 3,) with the joint flattening of the collapse i, j -> (x, y, z); True if it is a usable bijection.
 
     limit: largest distortion (s1 / s2 + s2 / s1) / 2 of a triangle that the conformal map may have; else the circle is

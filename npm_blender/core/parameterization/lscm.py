@@ -6,8 +6,8 @@ one after the other; what remains is a system of three: first and last ring vert
 """
 import numpy as np
 
-from ..decimation.halfedge_mesh import ANCHORED, EDGE
 from ..jit import compiled
+from .stencil import ANCHORED, EDGE
 
 SLIVER = 0.01  # triangles thinner than this (height over longest side) are flattened as if they were this thick
 

@@ -8,10 +8,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..decimation.halfedge_mesh import MAX_RING
 from ..decimation.qem import Decimation
 from ..jit import compiled
 from .collapse_record import AT, FIRST, RING, S1, S2, SIDES
+from .stencil import MAX_RING
 
 _SNAP = 1e-10  # barycentric coordinates below this are zero
 
@@ -218,7 +218,7 @@ def _through(way: Callable, decimation: Decimation, face: np.ndarray, b: np.ndar
     way(decimation.history, face, b, on, link, np.empty(MAX_RING + 8, np.int32))
 
 
-def to_fine(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def coarse_to_fine(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points of the base, face (k,) and barycentric (k, 3) in 0..1, as points of the input mesh's faces."""
     at = decimation.faces[np.asarray(face)]
     b = np.array(barycentric, dtype=np.float64, order="C")
@@ -226,7 +226,7 @@ def to_fine(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -
     return at, b
 
 
-def to_coarse(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def fine_to_coarse(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Points of the input mesh, face (k,) and barycentric (k, 3), as points of the base: the inverse of to_fine."""
     at = np.array(face, dtype=np.int32)
     b = np.array(barycentric, dtype=np.float64, order="C")

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import DependencyError
-from ..geometry.closest_point import Surface
+from ..geometry.closest_point import ClosestPoints
 from ..levels.lod_sequence import LodSequence
 from ..mesh.subdivision import Level
 from ..mesh.triangle_mesh import TriMesh
-from ..network.layers import MeshIndex, face_normals
+from ..network.frames import face_normals
+from ..network.mesh_index import MeshIndex
 from ..progress import Progress, no_progress
 from ..settings import ComputeSettings
 
@@ -32,7 +33,7 @@ class Target:
     """What the decoded mesh is compared with: the input mesh in the unit frame and its surface, its LoD sequence."""
 
     mesh: TriMesh
-    surface: Surface
+    surface: ClosestPoints
     lod: LodSequence
     levels: list[Level]
 

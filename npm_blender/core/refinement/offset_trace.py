@@ -5,9 +5,10 @@ Coarser than `offsetfit`, which knows what an offset does to the levels above; f
 
 import numpy as np
 
-from ..geometry.closest_point import Surface
+from ..geometry.closest_point import ClosestPoints
 from ..network.decoder import decode
-from ..network.layers import MeshIndex, edge_frames
+from ..network.frames import edge_frames
+from ..network.mesh_index import MeshIndex
 from ..network.numpy_backend import NUMPY
 
 ROUNDS = 3  # steps to the nearest point of the surface, each as far as the normal goes
@@ -19,7 +20,7 @@ def traced_offsets(
     V0: np.ndarray,
     latents: list[np.ndarray],
     meshes: list[MeshIndex],
-    surface: Surface,
+    surface: ClosestPoints,
     before: list[np.ndarray],
     steps: np.ndarray,
 ) -> list[np.ndarray]:

@@ -4,9 +4,10 @@ Where faces are long and flat, as in models of machine parts, the flattenings of
 vertex along the surface, and all faces round it with it. Kept is what turns no more faces and is no worse otherwise
 (see `patch.better`).
 """
-from ..geometry.geodesic_trace import move, walk
+from ..geometry.geodesic_trace import put_at, trace_geodesic
 from ..jit import compiled
-from .trial import add, better, carry, fitness, gather, keep, restore, settled
+from .propagation import propagate
+from .trial import add, better, commit, fitness, gather, restore, save
 
 FAR = 0.1  # distance from home, in lengths of an edge of level 1, from which on a vertex walks
 STEPS = 4  # walks, each straight at home
@@ -31,7 +32,7 @@ def _stuck(rings, patch, v):
 
 
 @compiled
-def go_home(surface, rings, points, home, first, last, patch):
+def return_to_base_positions(surface, rings, points, home, first, last, patch):
     """Let the base vertices first..last - 1 walk to home (n0, 3); returns how many did."""
     P, w, done = points.P, patch.w, 0
     for v in range(first, min(last, len(home))):
@@ -46,24 +47,24 @@ def go_home(surface, rings, points, home, first, last, patch):
         patch.stuck[v] = patch.state[3]
         patch.state[0] += 1
         patch.vertices[0], patch.mark[v] = v, patch.state[0]
-        keep(points, patch, 1)
+        save(points, patch, 1)
         for _ in range(STEPS):
             x, y, z, _ = _gap(P, home, v)
             w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
-            g = walk(surface, points.face[v], w, x, y, z)
-            move(surface, points, v, g, w)
+            g = trace_geodesic(surface, points.face[v], w, x, y, z)
+            put_at(surface, points, v, g, w)
         far = _gap(P, home, v)[3] > NEARER * NEARER * gap
         g, w[0], w[1], w[2] = points.face[v], points.b[v, 0], points.b[v, 1], points.b[v, 2]
         restore(points, patch, 1)
         count = 0 if far else gather(rings, -1, patch, add(v, patch, 0))
         if count == 0:
             continue
-        keep(points, patch, count)
+        save(points, patch, count)
         before = fitness(rings, points, patch)
-        move(surface, points, v, g, w)
-        _, all_carried = carry(surface, rings, points, -1, patch, before[0])
+        put_at(surface, points, v, g, w)
+        _, all_carried = propagate(surface, rings, points, -1, patch, before[0])
         if all_carried and better(rings, points, patch, before, before[0], 1.0, 1.0):
-            settled(patch, count)
+            commit(patch, count)
             done += 1
         else:
             restore(points, patch, count)

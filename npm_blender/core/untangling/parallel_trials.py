@@ -7,12 +7,12 @@ from typing import Self
 
 import numpy as np
 
-from ..geometry.geodesic_trace import Points, Surface
+from ..geometry.geodesic_trace import SurfacePoints, TraceMesh
 from ..jit import compiled
 from ..parallel import first_time, threads
-from .one_rings import Rings
+from .one_rings import OneRings
 from .perturbation import shake_all
-from .trial import SMOOTHED, Patch, restore, settled
+from .trial import SMOOTHED, TrialRegion, commit, restore
 
 MOST = 4  # threads
 NONE = np.iinfo(np.int64).max
@@ -41,13 +41,13 @@ def _take(points, patch, count, copy):
         _copy(points, patch.vertices[i], copy)
 
 
-class Shakers:
+class ParallelTrials:
     """Shakes faces of the points on a surface; a context that ends its threads.
 
     patch: its times and work left are kept; most: the largest number of trials (see `shake.shake_all`).
     """
 
-    def __init__(self, surface: Surface, rings: Rings, points: Points, patch: Patch, most: int) -> None:
+    def __init__(self, surface: TraceMesh, rings: OneRings, points: SurfacePoints, patch: TrialRegion, most: int) -> None:
         self._surface, self._rings, self._points, self._patches = surface, rings, [points], [patch]
         self._count, self._since, self._room = min(threads(), MOST), -1, most + SMOOTHED
         self._pool = ThreadPoolExecutor(max(self._count - 1, 1))
@@ -62,7 +62,7 @@ class Shakers:
         """Give each thread its copy of the points as they are now."""
         points, patch = self._points[0], self._patches[0]
         while len(self._points) < self._count:
-            self._points.append(Points(*(array.copy() for array in points)))
+            self._points.append(SurfacePoints(*(array.copy() for array in points)))
             self._patches.append(patch.another())
             self._since = patch.state[3]
         if patch.state[3] > self._since:
@@ -104,5 +104,5 @@ class Shakers:
             if own != winner:
                 _take(self._points[winner], self._patches[winner], count, self._points[own])
         patch.vertices[:count] = self._patches[winner].vertices[:count]
-        settled(patch, count)
+        commit(patch, count)
         return at

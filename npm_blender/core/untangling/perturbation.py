@@ -5,23 +5,12 @@ goes back to where it was. The random steps are seeded, so the result is the sam
 """
 import numpy as np
 
-from ..geometry.geodesic_trace import move, walk
+from ..geometry.face_orientation import is_flipped
+from ..geometry.geodesic_trace import put_at, trace_geodesic
 from ..jit import compiled
-from .one_rings import is_turned
-from .trial import (
-    SMOOTHED,
-    add,
-    add_neighbours,
-    better,
-    carry,
-    changed,
-    fitness,
-    gather,
-    keep,
-    restore,
-    turned,
-)
-from .vertex_moves import FARTHER, improve, middle
+from .propagation import propagate
+from .trial import SMOOTHED, add, add_neighbours, better, changed, fitness, gather, restore, save, turned
+from .vertex_moves import FARTHER, middle, relocate_vertex
 
 SMOOTH = 2  # steps of smoothing
 LEAST = 0.15  # random step of the first trial, in mean lengths of the face's sides; of the last: 1
@@ -41,15 +30,15 @@ def _size(F, P, f):
 
 
 @compiled
-def _throw(surface, points, v, size, patch):
+def _perturb(surface, points, v, size, patch):
     """Walk v by up to `size` in each coordinate."""
     w, s = patch.w, patch.state
     for c in range(3):
         s[1] = s[1] * 6364136223846793005 + 1442695040888963407
         patch.where[c] = size * (((s[1] >> 33) & 0xFFFFF) / 524288.0 - 1.0)
     w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
-    g = walk(surface, points.face[v], w, patch.where[0], patch.where[1], patch.where[2])
-    move(surface, points, v, g, w)
+    g = trace_geodesic(surface, points.face[v], w, patch.where[0], patch.where[1], patch.where[2])
+    put_at(surface, points, v, g, w)
 
 
 @compiled
@@ -61,8 +50,8 @@ def _smooth(surface, rings, points, level, patch, count):
             v = patch.vertices[i]
             x, y, z = middle(rings, points.P, v, level)
             w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
-            g = walk(surface, points.face[v], w, x - points.P[v, 0], y - points.P[v, 1], z - points.P[v, 2])
-            move(surface, points, v, g, w)
+            g = trace_geodesic(surface, points.face[v], w, x - points.P[v, 0], y - points.P[v, 1], z - points.P[v, 2])
+            put_at(surface, points, v, g, w)
 
 
 @compiled
@@ -74,11 +63,12 @@ def mend(surface, rings, points, f, level, patch, within, moved, time, thorough,
     found = False
     for c in range(3):
         v = rings.F[f, c]
-        if not is_turned(rings.F, points.P, points.N, f):
+        if not is_flipped(rings.F, points.P, points.N, f):
             break
         if not rings.fixed[v] and (not within or patch.mark[v] == patch.state[0]):
             patch.state[2] -= STEP
-            if improve(surface, rings, points, f, c, level, len(rings.at), patch.w, patch.best, patch.where, thorough, covered):
+            if relocate_vertex(surface, rings, points, f, c, level, len(rings.at), patch.w, patch.best, patch.where,
+                               thorough, covered):
                 moved[v] = time
                 found = True
     return found
@@ -113,7 +103,7 @@ def _mend_all(surface, rings, points, before, most, patch, covered):
             f = patch.faces[k]
             while k >= patch.faces_to[level]:
                 level += 1
-            if not is_turned(rings.F, points.P, points.N, f):
+            if not is_flipped(rings.F, points.P, points.N, f):
                 continue
             if patch.failed_now[f] >= begun and not changed(rings, f, patch.failed_now[f], patch.moved_now):
                 continue
@@ -174,7 +164,7 @@ def _shake(surface, rings, points, f, level, trials, patch, covered, own, worker
         smooth = not _same(rings, patch, patch.smoothed[f, width])
         if not smooth and width >= 2:
             continue
-        keep(points, patch, count)
+        save(points, patch, count)
         before = fitness(rings, points, patch)
         most = before[0] + max(WORSE, patch.faces_to[len(rings.at) - 1] // WORSE_OF)
         for trial in range(trials if width < 2 else 1):
@@ -191,8 +181,8 @@ def _shake(surface, rings, points, f, level, trials, patch, covered, own, worker
             else:
                 size = _size(rings.F, points.P, f) * (LEAST + (1.0 - LEAST) * trial / trials)
                 for i in range(free):
-                    _throw(surface, points, patch.vertices[i], size, patch)
-            carried, promising = carry(surface, rings, points, level, patch, most)
+                    _perturb(surface, points, patch.vertices[i], size, patch)
+            carried, promising = propagate(surface, rings, points, level, patch, most)
             good = False
             if promising:
                 _mend_all(surface, rings, points, before[0], most, patch, covered)
@@ -222,7 +212,7 @@ def shake_all(surface, rings, points, faces, trials, patch, covered, own, worker
         f = faces[k]
         if k * room > won[0]:
             break
-        if not is_turned(rings.F, points.P, points.N, f):
+        if not is_flipped(rings.F, points.P, points.N, f):
             continue
         while f >= rings.first[level + 1]:
             level += 1

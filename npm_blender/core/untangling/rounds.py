@@ -7,22 +7,24 @@ over all levels that hold the vertex.
 """
 import numpy as np
 
-from ..geometry.geodesic_trace import Points, Surface
+from ..geometry.face_orientation import is_flipped
+from ..geometry.geodesic_trace import SurfacePoints, TraceMesh
 from ..jit import compiled
 from ..mesh.subdivision import Level
 from ..parallel import each
 from ..progress import Progress, no_progress
-from .base_vertices import go_home
-from .one_rings import is_turned, rings_of
-from .parallel_trials import Shakers
+from .base_vertices import return_to_base_positions
+from .one_rings import one_rings_of
+from .parallel_trials import ParallelTrials
 from .perturbation import mend
-from .trial import Patch, changed, halve
+from .propagation import to_midpoint
+from .trial import TrialRegion, changed
 
 PASSES = 12
 HOME = 3  # rounds in which base vertices walk home
 # trials for a face, and the share of the projected area that is to stay: what keeps it is tried first
 ROUNDS = ((4, 0.97), (8, 0.97), (16, 0.95), (32, 0.9), (64, 0.85), (96, 0.8), (128, 0.8))
-WORK = 20_000_000  # see `patch.Patch`: bounds the time that a hopeless mesh takes, 10 to 20 s
+WORK = 20_000_000  # see `patch.TrialRegion`: bounds the time that a hopeless mesh takes, 10 to 20 s
 SLICE = 100_000  # of it between two calls of `progress`: some tenths of a second
 EDGES = 10_000  # edges whose middles one thread looks at
 TOGETHER = 16  # turned faces between two calls, at most: tenths of a second
@@ -41,7 +43,7 @@ def _halve(surface, points, start, edges, first, last, w, where):
         for c in range(3):
             moved |= P[i, c] != start[i, c] or P[j, c] != start[j, c]
         if moved:
-            halve(surface, points, n + e, i, j, w, where)
+            to_midpoint(surface, points, n + e, i, j, w, where)
 
 
 @compiled
@@ -49,7 +51,7 @@ def _turned(rings, points, out):
     """The numbers of the turned faces, in out (m,); returns how many there are."""
     count = 0
     for f in range(len(rings.F)):
-        if is_turned(rings.F, points.P, points.N, f):
+        if is_flipped(rings.F, points.P, points.N, f):
             out[count] = f
             count += 1
     return count
@@ -60,7 +62,7 @@ def _add_turned(rings, points, f, patch, out, count):
     """Add face f to those in out, if it is turned and was not looked at; returns how many there are."""
     if patch.seen[f] != patch.state[0]:
         patch.seen[f] = patch.state[0]
-        if is_turned(rings.F, points.P, points.N, f):
+        if is_flipped(rings.F, points.P, points.N, f):
             out[count] = f
             count += 1
     return count
@@ -94,7 +96,7 @@ def _steps(surface, rings, points, faces, at, most, patch, covered):
         f = faces[k]
         while f >= rings.first[level + 1]:
             level += 1
-        if not is_turned(rings.F, points.P, points.N, f) or not changed(rings, f, patch.failed[f], patch.moved):
+        if not is_flipped(rings.F, points.P, points.N, f) or not changed(rings, f, patch.failed[f], patch.moved):
             continue
         patch.state[3] += 1
         patch.failed[f] = patch.state[3]
@@ -105,21 +107,22 @@ def _steps(surface, rings, points, faces, at, most, patch, covered):
     return len(faces), moved
 
 
-def relax(surface: Surface, points: Points, levels: list[Level], home: np.ndarray, progress: Progress = no_progress) -> None:
+def untangle(surface: TraceMesh, points: SurfacePoints, levels: list[Level], home: np.ndarray,
+             progress: Progress = no_progress) -> None:
     """Move the points on the surface so that fewer faces of the levels through them are turned over; changes points.
 
-    The first n points are the vertices of the finest of `levels`; the rest, which may be missing, the middles of its
+    The first n points are the vertices of the finest of `build_levels`; the rest, which may be missing, the middles of its
     edges: they follow ends that moved. home (n0, 3): the base vertices. Border vertices stay.
     Deterministic, in bounded time. Raises whatever `progress` raises.
     """
-    rings = rings_of(levels)
-    patch = Patch.make(len(points.P), len(rings.F), len(rings.at), WORK)
+    rings = one_rings_of(levels)
+    patch = TrialRegion.make(len(points.P), len(rings.F), len(rings.at), WORK)
     start = points.P.copy()
     for _ in range(HOME):
         done = 0
         for at in range(0, len(home), HOME_SLICE):
             progress(0.0, MESSAGE)
-            done += go_home(surface, rings, points, home, at, at + HOME_SLICE, patch)
+            done += return_to_base_positions(surface, rings, points, home, at, at + HOME_SLICE, patch)
         if not done:
             break
 
@@ -150,7 +153,7 @@ def relax(surface: Surface, points: Points, levels: list[Level], home: np.ndarra
         return moved
 
     faces, listed = room[:_turned(rings, points, room)].copy(), patch.state[3]
-    with Shakers(surface, rings, points, patch, ROUNDS[-1][0]) as shakers:
+    with ParallelTrials(surface, rings, points, patch, ROUNDS[-1][0]) as shakers:
         for trials, covered in ROUNDS:
             for _ in range(PASSES):
                 if not steps(faces, covered):

@@ -1,7 +1,7 @@
 """Several vertices of the levels moved at once, on trial: what moves, what lies round it, whether that is better.
 
 A trial moves some vertices of one level; the finer vertices round them follow to the middles of their edges (see
-`carry`), or a coarse face could never turn upright without folding its own subdivision. Which vertices and faces these
+`propagate`), or a coarse face could never turn upright without folding its own subdivision. Which vertices and faces these
 are depends on connectivity alone, so a patch is gathered once for many trials. A trial is kept if it is better
 (see `better`), else everything goes back to where it was.
 """
@@ -9,17 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.geodesic_trace import move, show, walk
+from ..geometry.face_orientation import is_flipped, not_flipped, orientation_measures
 from ..jit import compiled
-from .one_rings import is_turned, measures, upright
 
 _VERTICES, _FACES = 24, 64  # room for vertices and faces of a patch, times 4^L
 SMOOTHED = 4  # widths of a patch that is smoothed (see `shake`)
 NEAR = 0.05  # distance from the middle of an edge, in its lengths, that ends the search for a place there
 
 
-class Patch(NamedTuple):
-    """Work space: w (3,), best (4,), where (4,) of `improve`; the vertices and faces of a patch, coarse before fine, and
+class TrialRegion(NamedTuple):
+    """Work space: w (3,), best (4,), where (4,) of `relocate_vertex`; the vertices and faces of a patch, coarse before fine, and
     how many of them are of each level and those before it (vertices_to, faces_to); what is kept of the vertices (face,
     barycentrics, position, normal); marks of all vertices and faces; when a vertex last moved for good, and when single
     steps last failed at a face; moved_now and failed_now: the same within a trial; stuck: when a base vertex last failed
@@ -46,18 +45,18 @@ class Patch(NamedTuple):
     state: np.ndarray
 
     @staticmethod
-    def make(vertices: int, faces: int, levels: int, work: int) -> "Patch":
+    def make(vertices: int, faces: int, levels: int, work: int) -> "TrialRegion":
         """Work space for that many points and faces in all, levels; work: see state."""
         room = _VERTICES * 4**levels
 
         def zeros(*size: int) -> np.ndarray:
             return np.zeros(size, np.int64)
 
-        return Patch(np.zeros(3), np.zeros(4), np.zeros(4), zeros(room), zeros(_FACES * 4**levels), zeros(levels),
+        return TrialRegion(np.zeros(3), np.zeros(4), np.zeros(4), zeros(room), zeros(_FACES * 4**levels), zeros(levels),
                      zeros(levels), np.zeros((room, 10)), zeros(vertices), zeros(faces), zeros(vertices), zeros(faces),
                      zeros(vertices), zeros(faces), zeros(vertices), zeros(faces, SMOOTHED), np.array([0, 1, work, 0, 0]))
 
-    def another(self) -> "Patch":
+    def another(self) -> "TrialRegion":
         """Work space for another thread, with the same times of what moved or failed for good."""
         own = ("w", "best", "where", "vertices", "faces", "vertices_to", "faces_to", "kept", "mark", "seen", "moved_now",
                "failed_now")
@@ -137,7 +136,7 @@ def turned(rings, points, patch, first, end, most):
     """How many of the patch's faces number first..end - 1 are turned; more than `most` are not counted."""
     out = 0
     for i in range(first, end):
-        if is_turned(rings.F, points.P, points.N, patch.faces[i]):
+        if is_flipped(rings.F, points.P, points.N, patch.faces[i]):
             out += 1
             if out > most:
                 break
@@ -153,10 +152,10 @@ def fitness(rings, points, patch):
     out = turned(rings, points, patch, 0, finest, finest)
     for i in range(finest, patch.faces_to[levels - 1]):
         f = patch.faces[i]
-        product, size, bulge = measures(points.P, points.N, rings.F[f, 0], rings.F[f, 1], rings.F[f, 2])
+        product, size, bulge = orientation_measures(points.P, points.N, rings.F[f, 0], rings.F[f, 1], rings.F[f, 2])
         height += bulge
         area += product
-        out += not upright(product, size)
+        out += not not_flipped(product, size)
     return out, height, area
 
 
@@ -171,7 +170,7 @@ def better(rings, points, patch, before, most, farther, covered):
 
 
 @compiled
-def keep(points, patch, count):
+def save(points, patch, count):
     """Keep where the patch's vertices are."""
     for i in range(count):
         v, kept = patch.vertices[i], patch.kept[i]
@@ -191,57 +190,9 @@ def restore(points, patch, count):
 
 
 @compiled
-def settled(patch, count):
+def commit(patch, count):
     """Note that the patch's vertices moved for good."""
     patch.state[3] += 1
     for i in range(count):
         patch.moved[patch.vertices[i]] = patch.state[3]
 
-
-@compiled
-def halve(surface, points, v, i, j, w, u):
-    """Put v near the middle between i and j: the best of three walks, from its own place and from theirs, or the first that
-    comes near."""
-    P = points.P
-    mx, my, mz = (P[i, 0] + P[j, 0]) / 2, (P[i, 1] + P[j, 1]) / 2, (P[i, 2] + P[j, 2]) / 2
-    enough = NEAR * NEAR * ((P[i, 0] - P[j, 0]) ** 2 + (P[i, 1] - P[j, 1]) ** 2 + (P[i, 2] - P[j, 2]) ** 2)
-    nearest, face = np.inf, -1
-    ox, oy, oz = P[v, 0], P[v, 1], P[v, 2]
-    for trial in range(3):
-        o = v if trial == 0 else (i if trial == 1 else j)
-        w[0], w[1], w[2] = points.b[o, 0], points.b[o, 1], points.b[o, 2]
-        x, y, z = mx - ox, my - oy, mz - oz
-        if trial > 0:
-            x, y, z = mx - P[o, 0], my - P[o, 1], mz - P[o, 2]
-        g = walk(surface, points.face[o], w, x, y, z)
-        show(surface, points, v, g, w)
-        gap = (P[v, 0] - mx) ** 2 + (P[v, 1] - my) ** 2 + (P[v, 2] - mz) ** 2
-        if gap < nearest:
-            nearest, face = gap, g
-            u[0], u[1], u[2] = w[0], w[1], w[2]
-        if gap <= enough:
-            break
-    move(surface, points, v, face, u)
-
-
-@compiled
-def carry(surface, rings, points, level, patch, most):
-    """Put the patch's finer vertices on the middles of their edges, after those of a level (-1: of the base) moved.
-
-    Stops before the first level that comes with more than `most` turned faces in all; returns how many vertices were
-    carried, and whether all.
-    """
-    first = start = patch.vertices_to[level] if level >= 0 else 1
-    found, faces = 0, 0
-    for k in range(len(rings.at)):
-        if k > level:
-            for i in range(first, patch.vertices_to[k]):
-                v = patch.vertices[i]
-                halve(surface, points, v, rings.parents[v, 0], rings.parents[v, 1], patch.w, patch.where)
-            first = patch.vertices_to[k]
-        if k >= level:
-            found += turned(rings, points, patch, faces, patch.faces_to[k], most - found)
-            faces = patch.faces_to[k]
-            if found > most:
-                return first - start, False
-    return first - start, True

@@ -7,11 +7,11 @@ stand across it, and a neighbour may lie behind one.
 """
 import numpy as np
 
-from ..geometry.geodesic_trace import move, show, walk
+from ..geometry.face_orientation import not_flipped, orientation_measures
+from ..geometry.geodesic_trace import evaluate_at, put_at, trace_geodesic
 from ..jit import compiled
-from .one_rings import measures, upright
 
-FARTHER = 1.02  # times the faces' distance from the surface (see `measures`) that a step may leave
+FARTHER = 1.02  # times the faces' distance from the surface (see `orientation_measures`) that a step may leave
 SHARES = (1.0, 0.5, 1.5)  # of the way to the middle of the ring
 CLEAR = (0.3, 0.05)  # height over the opposite side after the step across it, in lengths of that side
 SIDE = (1.0, 0.4)  # of the way from a neighbour to the middle of the ring
@@ -19,7 +19,7 @@ SIDE = (1.0, 0.4)  # of the way from a neighbour to the middle of the ring
 
 @compiled
 def score(rings, points, v, levels, most, highest):
-    """Number of turned faces round v over the first `levels` levels, the sum of their cosines; of the last level the
+    """Number of turned faces round v over the first `build_levels` levels, the sum of their cosines; of the last level the
     bulge and the projected area. Stops at more than `most` turned ones and at a bulge above `highest`: most places fail
     at their first faces."""
     P, N = points.P, points.N
@@ -28,13 +28,13 @@ def score(rings, points, v, levels, most, highest):
         first, end = rings.at[level, v], rings.at[level, v + 1]
         for k in range(first, end):
             p, q = rings.around[k], rings.around[k + 1 if k + 1 < end else first]
-            product, size, bulge = measures(P, N, v, p, q)
+            product, size, bulge = orientation_measures(P, N, v, p, q)
             if level == levels - 1:
                 height += bulge
                 area += product
                 if height > highest:
                     return count, total, height, area
-            if not upright(product, size):
+            if not not_flipped(product, size):
                 count += 1
                 if count > most:
                     return count, total, height, area
@@ -57,7 +57,7 @@ def middle(rings, P, v, level):
 def _better(surface, rings, points, v, levels, g, w, best, where):
     """Score the place (g, w) for v; where it beats best (turned, sum), without more than the bulge best[2] and less than the
     area best[3], it is kept in where (4,): barycentrics, face."""
-    show(surface, points, v, g, w)
+    evaluate_at(surface, points, v, g, w)
     turned, total, height, area = score(rings, points, v, levels, best[0], best[2])
     if height > best[2] or area < best[3]:
         return
@@ -79,8 +79,8 @@ def _across(P, N, v, p, q, clear):
 
 
 @compiled
-def improve(surface, rings, points, f, c, level, levels, w, best, where, thorough, covered):
-    """Move corner c of face f, which is of a level, to the best place found over the first `levels` levels.
+def relocate_vertex(surface, rings, points, f, c, level, levels, w, best, where, thorough, covered):
+    """Move corner c of face f, which is of a level, to the best place found over the first `build_levels` levels.
 
     True if it moved. thorough: whether places near the neighbours are tried; covered: share of the faces' projected area
     that is to stay. w (3,), best (4,), where (4,): work space.
@@ -98,10 +98,10 @@ def improve(surface, rings, points, f, c, level, levels, w, best, where, thoroug
             share = SHARES[trial]
             x, y, z = share * (mx - px), share * (my - py), share * (mz - pz)
         else:
-            show(surface, points, v, points.face[v], points.b[v])
+            evaluate_at(surface, points, v, points.face[v], points.b[v])
             x, y, z = _across(P, points.N, v, rings.F[f, (c + 1) % 3], rings.F[f, (c + 2) % 3], CLEAR[trial - 3])
         w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
-        g = walk(surface, points.face[v], w, x, y, z)
+        g = trace_geodesic(surface, points.face[v], w, x, y, z)
         _better(surface, rings, points, v, levels, g, w, best, where)
         if best[0] == 0:
             break
@@ -111,10 +111,11 @@ def improve(surface, rings, points, f, c, level, levels, w, best, where, thoroug
             for trial in range(2):
                 share = SIDE[trial]
                 w[0], w[1], w[2] = points.b[o, 0], points.b[o, 1], points.b[o, 2]
-                g = walk(surface, points.face[o], w, share * (mx - P[o, 0]), share * (my - P[o, 1]), share * (mz - P[o, 2]))
+                dx, dy, dz = share * (mx - P[o, 0]), share * (my - P[o, 1]), share * (mz - P[o, 2])
+                g = trace_geodesic(surface, points.face[o], w, dx, dy, dz)
                 _better(surface, rings, points, v, levels, g, w, best, where)
     if where[3] < 0.0:
-        show(surface, points, v, points.face[v], points.b[v])
+        evaluate_at(surface, points, v, points.face[v], points.b[v])
         return False
-    move(surface, points, v, int(where[3]), where)
+    put_at(surface, points, v, int(where[3]), where)
     return True

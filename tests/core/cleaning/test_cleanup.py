@@ -4,8 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from npm_blender.core.cleaning.cleanup import MIN_FACES, clean, inspect
-from npm_blender.core.cleaning.degenerate_faces import remove_flat_faces
-from npm_blender.core.cleaning.manifold_cut import FLAT, flatness
+from npm_blender.core.cleaning.degenerate_faces import FLAT, flatness, remove_flat_faces
 from npm_blender.core.errors import Cancelled, MeshError
 from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
 from npm_blender.core.mesh.triangle_mesh import TriMesh

@@ -7,12 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from npm_blender.core.cleaning.cleanup import clean, inspect
-from npm_blender.core.cleaning.manifold_cut import FLAT, flatness
+from npm_blender.core.cleaning.degenerate_faces import FLAT, flatness
 from npm_blender.core.codec.compression import compress
 from npm_blender.core.codec.progressive_mesh import open_stream
 from npm_blender.core.decimation.face_bounds import least_faces
 from npm_blender.core.errors import Cancelled, MeshError
-from npm_blender.core.geometry.closest_point import Surface
+from npm_blender.core.geometry.closest_point import ClosestPoints
 from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
 from npm_blender.core.mesh.triangle_mesh import TriMesh
@@ -86,8 +86,8 @@ def test_damage_ends_in_a_good_sequence(name, worker):
     fine = TriMesh(lod.V, levels[-1].F)
     source = cleaned if name in TAKEN else TriMesh(run.frame.to_unit(run.dirty.V), run.dirty.F)
     solid = TriMesh(source.V, source.F[flatness(source.V, source.F) > FLAT])
-    forward = Surface(solid).closest(fine.V[fine.F].mean(1))[0]
-    reverse = Surface(fine).closest(solid.V[solid.F].mean(1))[0]
+    forward = ClosestPoints(solid).closest(fine.V[fine.F].mean(1))[0]
+    reverse = ClosestPoints(fine).closest(solid.V[solid.F].mean(1))[0]
     assert max(forward.max(), reverse.max()) < COARSE.get(name, 0.02)
     assert max(forward.mean(), reverse.mean()) < (0.006 if name in COARSE else 0.002)
     assert turned_share(lod, fine.F) <= CROOKED.get(name, 0.001)

@@ -8,7 +8,7 @@ from npm_blender.core.cleaning.manifold_cut import cut
 from npm_blender.core.cleaning.orientation import orient
 from npm_blender.core.cleaning.self_intersections import SAMPLE, crossing_faces
 from npm_blender.core.cleaning.t_junctions import split_at_junctions
-from npm_blender.core.geometry.closest_point import Surface
+from npm_blender.core.geometry.closest_point import ClosestPoints
 from npm_blender.core.geometry.welding import near_places
 from tests.dirty_meshes import (
     box,
@@ -71,7 +71,7 @@ def test_both_sides_of_a_crack_get_the_vertices_of_the_other():
     m = unequal_sides()
     F, splits = split_at_junctions(m.V, m.F, groups(m), 1e-9)
     assert splits == 16 and (EdgeGroups.of(F, len(m.V)).sizes == 2).all()
-    distance, _, _ = Surface(m).closest(m.V[F].mean(1))
+    distance, _, _ = ClosestPoints(m).closest(m.V[F].mean(1))
     assert distance.max() < 1e-12 and mesh(m.V, F).face_areas().sum() == pytest.approx(6)
 
 

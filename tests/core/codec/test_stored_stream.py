@@ -11,7 +11,7 @@ from npm_blender.core.bitstream.base_positions import quantize_positions
 from npm_blender.core.bitstream.connectivity import canonical_order
 from npm_blender.core.bitstream.container import read_stream, write_stream
 from npm_blender.core.codec.progressive_mesh import open_stream
-from npm_blender.core.codec.stored_stream import Received, pack, receive, unpack
+from npm_blender.core.codec.stored_stream import StoredStream, pack, receive, unpack
 from npm_blender.core.errors import StreamError
 from npm_blender.core.network import weights
 
@@ -73,7 +73,7 @@ def test_every_damaged_byte_is_named_or_harmless():
     for at in range(0, len(good.arrays), 11):
         bad = good.arrays[:at] + bytes([good.arrays[at] ^ 0x55]) + good.arrays[at + 1:]
         try:
-            Received(DATA, bad).open().decode(0, 0)
+            StoredStream(DATA, bad).open().decode(0, 0)
         except StreamError as error:
             assert "open the file again" in str(error) and "\n" not in str(error)
 

@@ -13,7 +13,7 @@ from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.levels.lod_sequence import build_lod
 from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.topology import topology_of
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.settings import AUTO, LodSettings
 from tests.dirty_meshes import plane, sphere, tube, wave, without
 
@@ -36,7 +36,7 @@ def pierced(holes, seed=0, levels=5, size=0.06, roughness=0.3):
     rim = np.unique(edges)
     V[rim] += rng.normal(0, roughness * step, (len(rim), 3))
     cleaned, _ = clean(TriMesh.from_arrays(V, m.F))
-    return TriMesh(Frame.of(cleaned.V).to_unit(cleaned.V), cleaned.F)
+    return TriMesh(UnitFrame.of(cleaned.V).to_unit(cleaned.V), cleaned.F)
 
 
 def lengths(V, F):

@@ -5,9 +5,9 @@ from hypothesis import strategies as st
 
 from npm_blender.core.decimation.face_bounds import least_faces, too_many_parts
 from npm_blender.core.decimation.qem import decimate
-from npm_blender.core.mesh.components import labels
+from npm_blender.core.mesh.components import component_labels
 from npm_blender.core.mesh.topology import topology_of
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from tests.dirty_meshes import box, joined, mesh, moved, plane, sphere, tetrahedron, tube, wave, without
 from tests.shapes import torus
 
@@ -31,7 +31,7 @@ def components(m):
         for k in range(3):
             opposite[(corners[k], corners[k - 2])] = f
     pairs = [(f, opposite[(b, a)]) for (a, b), f in opposite.items() if (b, a) in opposite]
-    part = labels(len(m.F), *(np.array(pairs).T if pairs else np.zeros((2, 0), int)))
+    part = component_labels(len(m.F), *(np.array(pairs).T if pairs else np.zeros((2, 0), int)))
     return [np.flatnonzero(part == p) for p in np.unique(part)]
 
 
@@ -40,7 +40,7 @@ def components(m):
 @settings(max_examples=30, deadline=None)
 def test_every_part_keeps_faces_and_its_topology_however_small_the_base(chosen, base):
     m = joined(*[moved(PARTS[name](), size, (5.0 * k, 0, 0)) for k, (name, size) in enumerate(chosen)])
-    unit = TriMesh(Frame.of(m.V).to_unit(m.V), m.F)
+    unit = TriMesh(UnitFrame.of(m.V).to_unit(m.V), m.F)
     out = decimate(unit, base, room=False)
     parts, least = least_faces(m.F)
     assert parts == len(chosen) and len(out.F0) >= least_faces(out.F0)[1] == least
@@ -53,14 +53,14 @@ def test_every_part_keeps_faces_and_its_topology_however_small_the_base(chosen, 
 def test_tiny_parts_end_at_a_few_faces_and_the_big_one_gets_the_rest():
     small = [moved(sphere(2), 0.01, (2 + 0.1 * k, 0, 0)) for k in range(20)]
     m = joined(sphere(4), *small)
-    out = decimate(TriMesh(Frame.of(m.V).to_unit(m.V), m.F), 400)
+    out = decimate(TriMesh(UnitFrame.of(m.V).to_unit(m.V), m.F), 400)
     sizes = sorted(len(c) for c in components(TriMesh(out.V0, out.F0)))
     assert len(sizes) == 21 and sum(sizes) == 400 and max(sizes[:-1]) <= 8 and sizes[-1] >= 400 - 20 * 8
 
 
 def test_equal_parts_get_about_equal_shares():
     m = joined(*[sphere(3, at=(3 * k, 0, 0)) for k in range(5)])
-    out = decimate(TriMesh(Frame.of(m.V).to_unit(m.V), m.F), 400)
+    out = decimate(TriMesh(UnitFrame.of(m.V).to_unit(m.V), m.F), 400)
     sizes = [len(c) for c in components(TriMesh(out.V0, out.F0))]
     assert len(sizes) == 5 and min(sizes) > 60 and max(sizes) < 100
 

@@ -7,7 +7,7 @@ from npm_blender.core.decimation import qem as module
 from npm_blender.core.decimation.face_bounds import HANDLE, roomier
 from npm_blender.core.decimation.qem import DEAR, MOST, decimate
 from npm_blender.core.evaluation.metrics import Original
-from npm_blender.core.levels.lod_sequence import levels
+from npm_blender.core.levels.lod_sequence import build_levels
 from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.topology import topology_of
 from npm_blender.core.mesh.triangle_mesh import TriMesh
@@ -44,7 +44,7 @@ def test_a_base_below_what_handles_need_gets_faces_that_show_them():
     assert len(base.F0) == 49 * HANDLE and topology_of(base.F0).genus == 49
     assert base.message == (f"Reached 1176 of 400 base faces: the handles of the mesh (holes through it: 49) need at least "
                             f"{LEAST} base faces and got 1,176 to be recognizable; ask for {LEAST} or more, or close holes")
-    shown, pressed = levels(base, 3), levels(decimate(mesh, 400, room=False), 3)
+    shown, pressed = build_levels(base, 3), build_levels(decimate(mesh, 400, room=False), 3)
     assert len(pressed.F0) == LEAST
     assert (turned(shown) <= 0.001).all() and turned(pressed)[-1] > 0.001
     assert error(mesh, shown) < 0.1 * error(mesh, pressed)
@@ -52,7 +52,7 @@ def test_a_base_below_what_handles_need_gets_faces_that_show_them():
 
 @pytest.mark.parametrize("size", [9, 12])
 def test_larger_gratings_have_no_turned_faces_either(size):
-    lod = levels(decimate(grating(size), 400), 3)
+    lod = build_levels(decimate(grating(size), 400), 3)
     assert (turned(lod) <= 0.001).all()
 
 
@@ -88,7 +88,7 @@ def test_holes_in_an_open_sheet_need_no_more_than_their_borders_do():
     base, least = decimate(mesh, 400), decimate(mesh, 400, room=False)
     assert len(base.F0) == len(least.F0) and base.message == least.message
     assert "handles and borders of the mesh need at least" in base.message
-    assert (turned(levels(base, 3)) <= 0.001).all()
+    assert (turned(build_levels(base, 3)) <= 0.001).all()
 
 
 def test_parts_and_handles_both_get_their_faces():

@@ -6,14 +6,14 @@ from hypothesis import strategies as st
 
 from npm_blender.core.decimation import qem as module
 from npm_blender.core.decimation import regions
-from npm_blender.core.decimation.decimator import Collapsing
+from npm_blender.core.decimation.decimator import Decimator
 from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.errors import Cancelled
 from npm_blender.core.evaluation.metrics import Original
 from npm_blender.core.mesh.topology import opposite_halfedges, topology_of
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.parameterization.collapse_record import FIRST, SIDES
-from npm_blender.core.parameterization.surface_map import to_coarse, to_fine
+from npm_blender.core.parameterization.surface_map import coarse_to_fine, fine_to_coarse
 from npm_blender.core.settings import AUTO
 
 from ..shapes import bumpy
@@ -49,7 +49,7 @@ def at(V, F, face, b):
 
 
 def unit(mesh):
-    return TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F)
+    return TriMesh(UnitFrame.of(mesh.V).to_unit(mesh.V), mesh.F)
 
 
 @settings(max_examples=20, deadline=None)
@@ -63,7 +63,7 @@ def test_topology_target_and_map_hold(shape, seed, target, variant):
     assert len(out.F0) == target - (target % 2 and not one.border_loops) or out.message
     random = np.random.default_rng(seed)
     face, b = random.integers(0, len(out.F0), 300), random.dirichlet(np.ones(3), 300)
-    back = to_coarse(out, *to_fine(out, face, b))
+    back = fine_to_coarse(out, *coarse_to_fine(out, face, b))
     assert np.abs(at(out.V0, out.F0, face, b) - at(out.V0, out.F0, *back)).max() < 1e-6
 
 
@@ -79,8 +79,8 @@ def test_the_number_of_threads_changes_nothing(variant, monkeypatch):
 
 def test_the_regions_do_most_of_the_work(whole, monkeypatch):
     mesh, left = unit(bumpy(5)), []
-    offer_all = Collapsing.offer_all
-    monkeypatch.setattr(Collapsing, "offer_all", lambda self: (left.append(self.faces), offer_all(self))[1])
+    offer_all = Decimator.offer_all
+    monkeypatch.setattr(Decimator, "offer_all", lambda self: (left.append(self.faces), offer_all(self))[1])
     decimate(mesh, 20)
     divided = left[0]
     left.clear()
@@ -126,8 +126,8 @@ def test_each_face_but_those_of_the_base_vanishes_once_and_is_not_touched_again(
 
 
 def test_the_vertices_of_a_border_stay_while_regions_are_decimated(monkeypatch):
-    mesh, seen, offer_all = sheet(51, 61), [], Collapsing.offer_all
-    monkeypatch.setattr(Collapsing, "offer_all", lambda self: (seen.append(self.half.out >= 0), offer_all(self))[1])
+    mesh, seen, offer_all = sheet(51, 61), [], Decimator.offer_all
+    monkeypatch.setattr(Decimator, "offer_all", lambda self: (seen.append(self.half.out >= 0), offer_all(self))[1])
     decimate(mesh, 16)
     h = np.flatnonzero(opposite_halfedges(mesh.F) == np.arange(mesh.F.size))
     on_border = mesh.F.reshape(-1)[h]

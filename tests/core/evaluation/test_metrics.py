@@ -5,7 +5,7 @@ import pytest
 from npm_blender.core.errors import MeshError
 from npm_blender.core.evaluation.metrics import Original, compression_ratio, evaluate
 from npm_blender.core.mesh.subdivision import Level, midpoints
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 
 N = 40_000
 
@@ -26,7 +26,7 @@ def sphere(levels, bumps=0.0):
 
 def reference(decoded, original, samples):
     """All measures, with libigl's exact distances and independent random samples."""
-    frame = Frame.of(original.V)
+    frame = UnitFrame.of(original.V)
     random = np.random.default_rng(99)
 
     def one_way(a, b):

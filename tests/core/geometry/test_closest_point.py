@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from npm_blender.core.errors import MeshError
-from npm_blender.core.geometry.closest_point import Surface, sample
+from npm_blender.core.geometry.closest_point import ClosestPoints
+from npm_blender.core.geometry.sampling import sample
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 
 
@@ -35,19 +36,19 @@ def brute_force(P, mesh):
 def test_closest_agrees_with_libigl_on_random_triangles(seed, faces):
     mesh = soup(seed, faces)
     P = np.random.default_rng(seed + 1).normal(size=(200, 3)) * 2
-    distance, point, face = Surface(mesh).closest(P)
+    distance, point, face = ClosestPoints(mesh).closest(P)
     expected, _, there = brute_force(P, mesh)[:3]
     np.testing.assert_allclose(distance, np.sqrt(expected), atol=1e-9)
     np.testing.assert_allclose(point, there, atol=1e-6)
     # the face that is named holds the point
-    np.testing.assert_allclose([Surface(TriMesh(mesh.V, mesh.F[[f]])).closest(p[None])[0][0]
+    np.testing.assert_allclose([ClosestPoints(TriMesh(mesh.V, mesh.F[[f]])).closest(p[None])[0][0]
                                 for f, p in zip(face[:20], point[:20], strict=True)], 0, atol=1e-9)
 
 
 def test_closest_agrees_with_libigl_on_a_surface():
     mesh = torus()
     P = sample(mesh, 20_000, 3)[0] + np.random.default_rng(0).normal(scale=0.02, size=(20_000, 3))
-    distance, point, _ = Surface(mesh).closest(P)
+    distance, point, _ = ClosestPoints(mesh).closest(P)
     expected, _, there = brute_force(P, mesh)[:3]
     np.testing.assert_allclose(distance, np.sqrt(expected), atol=1e-12)
     np.testing.assert_allclose(point, there, atol=1e-6)
@@ -68,7 +69,7 @@ def test_faces_without_area_count_as_points_and_segments(name):
     t = np.linspace(0, 1, 10_001)[:, None]
     ends = V[[V.sum(1).argmin(), V.sum(1).argmax()]]
     expected = np.linalg.norm(P[:, None] - (ends[0] + t * (ends[1] - ends[0])), axis=2).min(1)
-    distance, point, _ = Surface(TriMesh(V, np.array([[0, 1, 2]], np.int32))).closest(P)
+    distance, point, _ = ClosestPoints(TriMesh(V, np.array([[0, 1, 2]], np.int32))).closest(P)
     np.testing.assert_allclose(distance, expected, atol=1e-4)
     np.testing.assert_allclose(np.linalg.norm(point - P, axis=1), distance, atol=1e-12)
 
@@ -76,14 +77,14 @@ def test_faces_without_area_count_as_points_and_segments(name):
 def test_slivers_keep_their_distance():
     V = np.array([[0, 0, 0], [1, 0, 0], [0.3, 1e-9, 0]])
     P = np.array([[0.5, 0.0, 0.25], [0.5, -0.1, 0]])
-    distance = Surface(TriMesh(V, np.array([[0, 1, 2]], np.int32))).closest(P)[0]
+    distance = ClosestPoints(TriMesh(V, np.array([[0, 1, 2]], np.int32))).closest(P)[0]
     np.testing.assert_allclose(distance, [0.25, 0.1], atol=1e-8)
 
 
 def test_ten_thousand_faces_in_one_place_end_in_one_leaf_or_halves():
     V = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], float)
     mesh = TriMesh(V, np.tile(np.array([[0, 1, 2]], np.int32), (10_000, 1)))
-    distance, _, face = Surface(mesh).closest(np.array([[0.2, 0.2, 1.0]]))
+    distance, _, face = ClosestPoints(mesh).closest(np.array([[0.2, 0.2, 1.0]]))
     assert distance[0] == pytest.approx(1.0) and 0 <= face[0] < 10_000
 
 
@@ -91,20 +92,21 @@ def test_answers_do_not_depend_on_the_order_of_the_points_or_the_run():
     mesh = torus()
     P = np.random.default_rng(5).normal(size=(3000, 3))
     shuffle = np.random.default_rng(6).permutation(len(P))
-    first, again, shuffled = Surface(mesh).closest(P), Surface(mesh).closest(P), Surface(mesh).closest(P[shuffle])
+    first, again = ClosestPoints(mesh).closest(P), ClosestPoints(mesh).closest(P)
+    shuffled = ClosestPoints(mesh).closest(P[shuffle])
     assert all((a == b).all() for a, b in zip(first, again, strict=True))
     assert (first[0][shuffle] == shuffled[0]).all()
 
 
 def test_no_points_give_empty_answers():
-    distance, point, face = Surface(torus()).closest(np.zeros((0, 3)))
+    distance, point, face = ClosestPoints(torus()).closest(np.zeros((0, 3)))
     assert distance.shape == (0,) and point.shape == (0, 3) and face.shape == (0,)
 
 
 @pytest.mark.parametrize("bad", [np.zeros(3), np.zeros((2, 2)), np.full((2, 3), np.nan), np.full((2, 3), np.inf)])
 def test_points_that_are_not_finite_triples_are_refused(bad):
     with pytest.raises(MeshError, match="finite points"):
-        Surface(torus()).closest(bad)
+        ClosestPoints(torus()).closest(bad)
 
 
 def test_samples_are_uniform_by_area_and_lie_on_their_face():
@@ -117,7 +119,7 @@ def test_samples_are_uniform_by_area_and_lie_on_their_face():
     assert (inside[:, 0] + inside[:, 1] <= 3 + 1e-12).all() and (inside >= 0).all()
     # uniform inside: a quarter of the points lies in each of the four half-size triangles
     assert (inside[:, 0] >= 1.5).mean() == pytest.approx(0.25, abs=0.01)
-    np.testing.assert_allclose(Surface(mesh).closest(points)[0], 0, atol=1e-12)
+    np.testing.assert_allclose(ClosestPoints(mesh).closest(points)[0], 0, atol=1e-12)
 
 
 def test_the_same_seed_gives_the_same_samples():

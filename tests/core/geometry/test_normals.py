@@ -1,6 +1,6 @@
 import numpy as np
 
-from npm_blender.core.geometry.geodesic_trace import Surface, points_on
+from npm_blender.core.geometry.geodesic_trace import TraceMesh, points_on
 from npm_blender.core.geometry.normals import normals_of, vertex_normals
 from npm_blender.core.mesh.topology import opposite_halfedges
 from npm_blender.core.mesh.triangle_mesh import TriMesh
@@ -36,7 +36,7 @@ def test_points_have_places_and_normals_of_length_one_or_none():
     rng = np.random.default_rng(0)
     face, b = rng.integers(0, len(mesh.F), 50).astype(np.int32), rng.dirichlet(np.ones(3), 50)
     N = vertex_normals(mesh)
-    surface = Surface(mesh.V, mesh.F, opposite_halfedges(mesh.F), N)
+    surface = TraceMesh(mesh.V, mesh.F, opposite_halfedges(mesh.F), N)
     points = points_on(surface, face, b)
     assert np.allclose(points.P, np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]]))
     assert np.allclose(np.linalg.norm(points.N, axis=1), 1) and ((points.N * points.P).sum(1) > 0.4).all()

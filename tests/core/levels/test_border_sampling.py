@@ -3,12 +3,12 @@ import numpy as np
 import pytest
 
 from npm_blender.core.cleaning.cleanup import clean
-from npm_blender.core.geometry.closest_point import Surface
+from npm_blender.core.geometry.closest_point import ClosestPoints
 from npm_blender.core.levels.lod_sequence import build_lod
-from npm_blender.core.mesh.components import labels
+from npm_blender.core.mesh.components import component_labels
 from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.topology import opposite_halfedges
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.settings import LodSettings
 from tests.dirty_meshes import mesh, moebius, plane, sphere, tube, wave, without
 
@@ -44,20 +44,20 @@ def border_loops(m):
     opposite = opposite_halfedges(m.F)
     h = np.flatnonzero(opposite == np.arange(m.F.size))
     edges = np.stack([m.F.reshape(-1)[h], np.roll(m.F, -1, 1).reshape(-1)[h]], 1)
-    return edges, np.unique(labels(len(m.V), *edges.T)[edges[:, 0]], return_inverse=True)[1].reshape(-1)
+    return edges, np.unique(component_labels(len(m.V), *edges.T)[edges[:, 0]], return_inverse=True)[1].reshape(-1)
 
 
 @pytest.mark.parametrize("name", OPEN)
 def test_every_border_loop_keeps_its_length_and_place(name):
     cleaned, _ = clean(OPEN[name]())
-    unit = TriMesh(Frame.of(cleaned.V).to_unit(cleaned.V), cleaned.F)
+    unit = TriMesh(UnitFrame.of(cleaned.V).to_unit(cleaned.V), cleaned.F)
     lod = build_lod(unit, LodSettings(base_faces=400, levels=3))
     fine = TriMesh(lod.V, hierarchy(lod.F0, len(lod.V0), 3)[-1].F)
     edges, loop = border_loops(unit)
     fine_edges, fine_loop = border_loops(fine)
     assert fine_loop.max() == loop.max()
     # each fine loop lies on one loop of the input; segments are triangles without area for the search
-    rim = Surface(TriMesh(unit.V, edges[:, [0, 1, 1]].astype(np.int32)))
+    rim = ClosestPoints(TriMesh(unit.V, edges[:, [0, 1, 1]].astype(np.int32)))
     distance, _, on = rim.closest(fine.V[fine_edges[:, 0]])
     assert distance.max() < 1e-6
     for k in range(loop.max() + 1):
@@ -67,14 +67,14 @@ def test_every_border_loop_keeps_its_length_and_place(name):
                    for m, e in ((fine, fine_edges[fine_loop == k]), (unit, edges[loop == whose[0]]))]
         assert lengths[0] == pytest.approx(lengths[1], rel=0.02)
     # the other way: no corner of the rim is cut off
-    back = Surface(TriMesh(fine.V, fine_edges[:, [0, 1, 1]].astype(np.int32)))
+    back = ClosestPoints(TriMesh(fine.V, fine_edges[:, [0, 1, 1]].astype(np.int32)))
     assert back.closest(unit.V[edges[:, 0]])[0].max() < 0.01
 
 
 @pytest.mark.parametrize("lobes, base_faces, tolerance", [(14, 80, 0.001), (20, 120, 0.001), (30, 100, 0.01)])
 def test_a_loop_with_more_corners_than_the_base_keeps_its_length(lobes, base_faces, tolerance):
     m = ring(n=10 * lobes, radius=lambda w: 1 + 0.1 * (np.arange(len(w)) % 10 < 5))
-    unit = TriMesh(Frame.of(m.V).to_unit(m.V), m.F)
+    unit = TriMesh(UnitFrame.of(m.V).to_unit(m.V), m.F)
     lod = build_lod(unit, LodSettings(base_faces=base_faces, levels=3))
     fine = TriMesh(lod.V, hierarchy(lod.F0, len(lod.V0), 3)[-1].F)
     there, here = (np.linalg.norm(np.subtract(*m.V[border_loops(m)[0].T]), axis=1).sum() for m in (fine, unit))

@@ -3,7 +3,9 @@ import pytest
 
 from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.errors import MeshError
-from npm_blender.core.levels.lod_sequence import BaseOrder, build_lod, level_corners, levels
+from npm_blender.core.levels.level_points import level_corners
+from npm_blender.core.levels.lod_sequence import build_levels, build_lod
+from npm_blender.core.mesh.renumbering import Renumbering
 from npm_blender.core.mesh.subdivision import hierarchy, midpoints
 from npm_blender.core.mesh.topology import opposite_halfedges
 from npm_blender.core.mesh.triangle_mesh import TriMesh
@@ -28,7 +30,7 @@ def test_a_sequence_has_consistent_fields(shape, depth):
     H = hierarchy(lod.F0, len(lod.V0), depth)
     assert lod.levels == depth and lod.message == ""
     assert len(lod.V) == len(lod.N) == len(lod.source_face) == len(lod.barycentric) == H[-1].n
-    sampled = levels(decimate(mesh, 100), depth, fitted=False)
+    sampled = build_levels(decimate(mesh, 100), depth, fitted=False)
     assert np.allclose(on_surface(mesh, sampled), sampled.V, atol=1e-12)
     assert np.allclose(on_surface(mesh, lod), sampled.V, atol=1e-12) and np.array_equal(lod.N, sampled.N)
     assert np.allclose(np.linalg.norm(lod.N, axis=1), 1)
@@ -48,13 +50,13 @@ def test_finer_levels_come_closer_to_the_sphere_without_flips():
 
 def test_the_vertices_of_a_level_are_a_prefix_of_the_finer_ones():
     d = decimate(torus(), 100)
-    coarse, fine = levels(d, 1, fitted=False), levels(d, 3, fitted=False)
+    coarse, fine = build_levels(d, 1, fitted=False), build_levels(d, 3, fitted=False)
     assert np.allclose(coarse.V, fine.V[:len(coarse.V)], atol=1e-9)
 
 
 def test_a_mesh_that_is_not_decimated_maps_to_itself():
     mesh = sphere(1)
-    lod = levels(decimate(mesh, 400), 2)
+    lod = build_levels(decimate(mesh, 400), 2)
     V = mesh.V
     for level in hierarchy(mesh.F, len(mesh.V), 2)[:-1]:
         V = midpoints(V, level)
@@ -81,7 +83,7 @@ def test_an_order_renumbers_the_same_sequence():
     new_of_old = np.argsort(vertices)
     F = new_of_old[d.F0[faces]]
     F = np.stack([np.roll(f, k) for f, k in zip(F, rng.integers(0, 3, len(F)), strict=True)]).astype(np.int32)
-    plain, ordered = levels(d, 2), levels(d, 2, BaseOrder(vertices, faces, F))
+    plain, ordered = build_levels(d, 2), build_levels(d, 2, Renumbering(vertices, faces, F))
     assert np.array_equal(ordered.F0, F) and np.array_equal(ordered.V0, d.V0[vertices])
     for level in hierarchy(ordered.F0, len(ordered.V0), 2)[1:]:
         assert level.n <= len(ordered.V)

@@ -3,7 +3,7 @@ import pytest
 
 from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.evaluation.metrics import Original
-from npm_blender.core.levels.lod_sequence import levels
+from npm_blender.core.levels.lod_sequence import build_levels
 from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 
@@ -13,7 +13,7 @@ from .lod_meshes import block, plate, sheet, sphere, torus
 def pair(mesh, base_faces=100, depth=2):
     """The input's errors, the finest mesh sampled and the finest mesh fitted."""
     d = decimate(mesh, base_faces)
-    both = [levels(d, depth, fitted=fitted) for fitted in (False, True)]
+    both = [build_levels(d, depth, fitted=fitted) for fitted in (False, True)]
     finest = hierarchy(both[0].F0, len(both[0].V0), depth)[-1]
     return Original(mesh, 5000), *(TriMesh(lod.V, finest.F) for lod in both)
 
@@ -34,7 +34,7 @@ def test_vertices_slide_to_the_edges_of_a_box():
 
 def test_border_vertices_stay_where_the_map_puts_them():
     d = decimate(sheet(), 40)
-    sampled, fitted = levels(d, 3, fitted=False), levels(d, 3)
+    sampled, fitted = build_levels(d, 3, fitted=False), build_levels(d, 3)
     finest = hierarchy(sampled.F0, len(sampled.V0), 3)[-1]
     border = np.unique(finest.F.reshape(-1)[finest.opposite == np.arange(finest.F.size)])
     assert np.array_equal(sampled.V[border], fitted.V[border]) and np.abs(sampled.V - fitted.V).max() > 1e-5
@@ -50,7 +50,7 @@ def test_no_face_turns_over_that_the_sampling_left_upright(noise):
 @pytest.mark.parametrize("mesh", [torus(noise=0.01), plate(), block()], ids=["rough torus", "thin plate", "block"])
 def test_the_fit_turns_over_no_face_that_the_map_leaves_upright(mesh):
     d = decimate(mesh, 100)
-    sampled, fitted = levels(d, 3, fitted=False), levels(d, 3)
+    sampled, fitted = build_levels(d, 3, fitted=False), build_levels(d, 3)
     for level in hierarchy(d.F0, len(d.V0), 3)[1:]:
         N = sampled.N[level.F].sum(1)
         before, after = ((TriMesh(lod.V[:level.n], level.F).face_normals() * N).sum(1) for lod in (sampled, fitted))

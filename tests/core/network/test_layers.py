@@ -4,8 +4,9 @@ import torch
 
 from npm_blender.core.mesh.subdivision import Level
 from npm_blender.core.network import layers, numpy_backend
+from npm_blender.core.network.frames import edge_frames
 from npm_blender.core.network.input_features import CHANNELS, geometry_features
-from npm_blender.core.network.layers import MeshIndex
+from npm_blender.core.network.mesh_index import MeshIndex
 from npm_blender.core.network.numpy_backend import NUMPY
 from npm_blender.core.network.torch_backend import TorchBackend
 from tests.shapes import grid, icosphere, torus
@@ -99,7 +100,7 @@ def test_degenerate_faces_have_finite_features_and_gradients():
     index = MeshIndex.of(TORCH, Level.of(mesh.F, len(V)))
     x = TORCH.array(V).requires_grad_(True)
     g = geometry_features(TORCH, x, index)
-    frames = layers.edge_frames(TORCH, x, index)
+    frames = edge_frames(TORCH, x, index)
     (g.sum() + sum(f.sum() for f in frames)).backward()
     assert torch.isfinite(g).all() and torch.isfinite(x.grad).all()
 
@@ -108,7 +109,7 @@ def test_degenerate_faces_have_finite_features_and_gradients():
 def test_edge_frames_are_orthonormal(name):
     mesh = SHAPES[name]
     index = MeshIndex.of(NUMPY, Level.of(mesh.F, len(mesh.V)))
-    x, y, z, length = layers.edge_frames(NUMPY, mesh.V.astype(np.float32), index)
+    x, y, z, length = edge_frames(NUMPY, mesh.V.astype(np.float32), index)
     frame = np.stack([x, y, z], 1)
     assert np.allclose(frame @ frame.transpose(0, 2, 1), np.eye(3), atol=1e-5)
     assert (np.linalg.det(frame) > 0.99).all() and (length > 0).all()

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from npm_blender.core.mesh.subdivision import hierarchy, midpoints
 from npm_blender.core.network.decoder import decode
 from npm_blender.core.network.encoder import details, encode
-from npm_blender.core.network.layers import MeshIndex
+from npm_blender.core.network.mesh_index import MeshIndex
 from npm_blender.core.network.numpy_backend import NUMPY
 from npm_blender.core.network.parameters import NetworkConfig, flatten, folded, initial_parameters, map_tree, unflatten
 from npm_blender.core.network.torch_backend import TorchBackend

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from npm_blender.core.decimation import regions
-from npm_blender.core.decimation.halfedge_mesh import MAX_RING
 from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.parameterization import collapse_record as module
-from npm_blender.core.parameterization.collapse_record import AT, FIRST, RING, SIDES, SPARE, History
+from npm_blender.core.parameterization.collapse_record import AT, FIRST, RING, SIDES, SPARE, CollapseRecord
+from npm_blender.core.parameterization.stencil import MAX_RING
 
 from .lod_meshes import sheet, sphere, torus
 
@@ -23,7 +23,7 @@ def test_how_much_room_is_made_changes_nothing(shape, smallest, monkeypatch):
 
 def test_a_collapse_of_any_size_fits_in_what_is_always_left():
     assert SPARE > MAX_RING + 8
-    history = History.empty().with_room(np.zeros(8, np.int64), 0)
+    history = CollapseRecord.empty().with_room(np.zeros(8, np.int64), 0)
     assert min(len(array) for array in history) >= SPARE
 
 

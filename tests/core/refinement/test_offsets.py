@@ -2,12 +2,13 @@
 import numpy as np
 import pytest
 
-from npm_blender.core.geometry.closest_point import Surface
+from npm_blender.core.geometry.closest_point import ClosestPoints
 from npm_blender.core.levels.lod_sequence import build_lod
 from npm_blender.core.mesh.subdivision import hierarchy
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.network.decoder import decode
-from npm_blender.core.network.layers import MeshIndex, edge_frames
+from npm_blender.core.network.frames import edge_frames
+from npm_blender.core.network.mesh_index import MeshIndex
 from npm_blender.core.network.numpy_backend import NUMPY
 from npm_blender.core.network.weights import load
 from npm_blender.core.refinement.descent import Target
@@ -25,11 +26,11 @@ class Case:
     """A shape in the unit frame with a LoD sequence of two levels above 100 faces."""
 
     def __init__(self, mesh):
-        self.unit = TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F)
+        self.unit = TriMesh(UnitFrame.of(mesh.V).to_unit(mesh.V), mesh.F)
         self.lod = build_lod(self.unit, LodSettings(base_faces=100, levels=2))
         self.levels = hierarchy(self.lod.F0, len(self.lod.V0), 2)
         self.meshes = [MeshIndex.of(NUMPY, level) for level in self.levels[:-1]]
-        self.surface = Surface(self.unit)
+        self.surface = ClosestPoints(self.unit)
         self.latents = [np.zeros((mesh.m, 8), np.float32) for mesh in self.meshes]
         self.none = [np.zeros(len(level.edges)) for level in self.levels[:-1]]
 

@@ -8,10 +8,10 @@ import pytest
 from npm_blender.core.codec.compression import compress, open_stream
 from npm_blender.core.errors import DependencyError, SettingsError
 from npm_blender.core.evaluation.metrics import evaluate
-from npm_blender.core.geometry.closest_point import Surface
+from npm_blender.core.geometry.closest_point import ClosestPoints
 from npm_blender.core.levels.lod_sequence import build_lod
 from npm_blender.core.mesh.subdivision import hierarchy
-from npm_blender.core.mesh.triangle_mesh import Frame, TriMesh
+from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.network import torch_backend
 from npm_blender.core.network.weights import load
 from npm_blender.core.refinement.descent import Target
@@ -34,7 +34,7 @@ def errors(name, steps):
 def in_unit_frame(name):
     """A shape in the unit frame, its LoD sequence of two levels above 100 faces, and their connectivity."""
     mesh = SHAPES[name]
-    unit = TriMesh(Frame.of(mesh.V).to_unit(mesh.V), mesh.F)
+    unit = TriMesh(UnitFrame.of(mesh.V).to_unit(mesh.V), mesh.F)
     lod = build_lod(unit, LodSettings(base_faces=100, levels=2))
     return unit, lod, hierarchy(lod.F0, len(lod.V0), 2)
 
@@ -57,7 +57,7 @@ def test_refinement_is_deterministic():
 def test_features_that_do_harm_are_left_out_and_the_others_stay():
     """One feature that helps and one that spoils another corner of the mesh: pruning keeps the first."""
     unit, lod, levels = in_unit_frame("closed")
-    refiner = Refiner(load().params, Target(unit, Surface(unit), lod, levels), 1)
+    refiner = Refiner(load().params, Target(unit, ClosestPoints(unit), lod, levels), 1)
     base = refiner.B.array(lod.V0)
     none = [refiner.torch.zeros(len(level.F), 8) for level in levels[:-1]]
     error = [float(refiner.face_errors(base, none)[0].mean())]
@@ -75,7 +75,7 @@ def test_features_that_do_harm_are_left_out_and_the_others_stay():
 
 
 class NoSurface:
-    """Answers at once what a Surface would search for."""
+    """Answers at once what a ClosestPoints would search for."""
 
     def closest(self, P):
         return np.zeros(len(P)), np.zeros((len(P), 3)), np.zeros(len(P), np.int32)

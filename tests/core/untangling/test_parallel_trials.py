@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from npm_blender.core.decimation.qem import decimate
-from npm_blender.core.levels.lod_sequence import levels
+from npm_blender.core.levels.lod_sequence import build_levels
 from npm_blender.core.untangling import parallel_trials as module
-from npm_blender.core.untangling.parallel_trials import Shakers
+from npm_blender.core.untangling.parallel_trials import ParallelTrials
 
 from .lod_meshes import plate
 from .test_patch import Flat
@@ -14,14 +14,14 @@ from .test_shake import turned
 @pytest.mark.parametrize("count", ["2", "3", "4"])
 def test_the_same_points_on_any_number_of_threads(count, monkeypatch):
     asked = []
-    plain = Shakers.shake
-    monkeypatch.setattr(Shakers, "shake", lambda self, faces, trials, covered: (
+    plain = ParallelTrials.shake
+    monkeypatch.setattr(ParallelTrials, "shake", lambda self, faces, trials, covered: (
         asked.append(trials), plain(self, faces, trials, covered))[1])
     decimation = decimate(plate(), 100)
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
-    one = levels(decimation, 3)
+    one = build_levels(decimation, 3)
     monkeypatch.setenv("OMP_NUM_THREADS", count)
-    many = levels(decimation, 3)
+    many = build_levels(decimation, 3)
     assert asked
     assert np.array_equal(one.V, many.V) and np.array_equal(one.source_face, many.source_face)
 
@@ -33,7 +33,7 @@ def test_every_copy_of_the_points_is_the_same_after_each_shake(count, monkeypatc
     flat.patch.state[2] = 10**6
     rng = np.random.default_rng(3)
     free = np.flatnonzero(~flat.rings.fixed)
-    with Shakers(flat.surface, flat.rings, flat.points, flat.patch, 16) as shakers:
+    with ParallelTrials(flat.surface, flat.rings, flat.points, flat.patch, 16) as shakers:
         for v in rng.choice(free, 6, replace=False):
             flat.patch.state[3] += 1
             flat.patch.moved[v] = flat.patch.state[3]

@@ -1,18 +1,18 @@
 import numpy as np
 
-from npm_blender.core.geometry.geodesic_trace import move, walk
-from npm_blender.core.untangling.one_rings import is_turned
-from npm_blender.core.untangling.parallel_trials import Shakers
+from npm_blender.core.geometry.face_orientation import is_flipped
+from npm_blender.core.geometry.geodesic_trace import put_at, trace_geodesic
+from npm_blender.core.untangling.parallel_trials import ParallelTrials
 
 from .test_patch import LEVELS, Flat
 
 
 def turned(flat):
-    return np.array([is_turned(flat.rings.F, flat.points.P, flat.points.N, f) for f in range(len(flat.rings.F))])
+    return np.array([is_flipped(flat.rings.F, flat.points.P, flat.points.N, f) for f in range(len(flat.rings.F))])
 
 
 def shaken(flat, f, trials, covered):
-    with Shakers(flat.surface, flat.rings, flat.points, flat.patch, trials) as shakers:
+    with ParallelTrials(flat.surface, flat.rings, flat.points, flat.patch, trials) as shakers:
         return shakers.shake(np.array([f]), trials, covered) == 0
 
 
@@ -22,7 +22,7 @@ def folded(flat):
     v = int(np.flatnonzero(np.diff(flat.rings.at[last]) > 0)[-1])
     b = flat.points.b[v].copy()
     step = 1.8 * (flat.points.P[flat.rings.around[flat.rings.at[last, v]]] - flat.points.P[v])
-    move(flat.surface, flat.points, v, walk(flat.surface, flat.points.face[v], b, *step), b)
+    put_at(flat.surface, flat.points, v, trace_geodesic(flat.surface, flat.points.face[v], b, *step), b)
     faces = np.flatnonzero(turned(flat))
     return int(faces[faces >= flat.rings.first[last]][0])
 

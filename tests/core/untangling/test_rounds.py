@@ -4,20 +4,20 @@ import pytest
 from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.errors import Cancelled
 from npm_blender.core.evaluation.metrics import Original
-from npm_blender.core.geometry.geodesic_trace import Surface, points_on, walk
+from npm_blender.core.geometry.geodesic_trace import TraceMesh, points_on, trace_geodesic
 from npm_blender.core.geometry.normals import vertex_normals
-from npm_blender.core.levels.lod_sequence import levels
+from npm_blender.core.levels.lod_sequence import build_levels
 from npm_blender.core.mesh.subdivision import Level, hierarchy
 from npm_blender.core.mesh.topology import opposite_halfedges
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.untangling import rounds as module
-from npm_blender.core.untangling.rounds import MESSAGE, relax
+from npm_blender.core.untangling.rounds import MESSAGE, untangle
 
 from .lod_meshes import plate, sheet, sphere, torus, tube
 
 
 def surface_of(mesh):
-    return Surface(mesh.V, mesh.F, opposite_halfedges(mesh.F), vertex_normals(mesh))
+    return TraceMesh(mesh.V, mesh.F, opposite_halfedges(mesh.F), vertex_normals(mesh))
 
 
 def point(mesh, f, b):
@@ -39,7 +39,7 @@ def test_a_walk_on_a_flat_sheet_is_a_straight_line():
         f, b = rng.integers(len(mesh.F)), rng.dirichlet(np.ones(3))
         start = point(mesh, f, b)
         target = np.append(rng.uniform(-0.3, 0.3, 2), 0.0)
-        g = walk(surface, f, b, *(target - start))
+        g = trace_geodesic(surface, f, b, *(target - start))
         assert np.abs(point(mesh, g, b) - target).max() < 1e-9
 
 
@@ -48,7 +48,7 @@ def test_a_walk_stops_at_the_border():
     b = np.full(3, 1 / 3)
     f = len(mesh.F) // 2
     start = point(mesh, f, b)
-    g = walk(surface_of(mesh), f, b, 10.0, 0.0, 0.0)
+    g = trace_geodesic(surface_of(mesh), f, b, 10.0, 0.0, 0.0)
     assert point(mesh, g, b) == pytest.approx([mesh.V[:, 0].max(), start[1], 0])
 
 
@@ -60,7 +60,7 @@ def test_a_walk_round_a_tube_keeps_its_length_and_comes_back():
     direction = np.array([-start[1], start[0], 0]) / np.hypot(*start[:2])
     normal = mesh.face_normals()[f]
     direction -= normal * (direction @ normal)
-    g = walk(surface_of(mesh), f, b, *(60 * edge * direction / np.linalg.norm(direction)))
+    g = trace_geodesic(surface_of(mesh), f, b, *(60 * edge * direction / np.linalg.norm(direction)))
     assert np.linalg.norm(point(mesh, g, b) - start) < 0.1 * edge
 
 
@@ -69,10 +69,10 @@ def test_a_walk_stops_at_a_face_without_area(apex):
     V = np.array([[0, 0, 0], [1, 0, 0], [0.5, 1, 0], apex, [0.5, -1, 0]], float)
     mesh = TriMesh(V, np.array([[0, 1, 2], [1, 0, 3], [0, 4, 3], [4, 1, 3]], np.int32))
     b = np.full(3, 1 / 3)
-    assert walk(surface_of(mesh), 0, b, 0.0, -1.0, 0.0) == 1
+    assert trace_geodesic(surface_of(mesh), 0, b, 0.0, -1.0, 0.0) == 1
     assert point(mesh, 1, b) == pytest.approx([0.5, 0, 0]) and b.min() >= 0 and b.sum() == pytest.approx(1)
     before = b.copy()
-    assert walk(surface_of(mesh), 1, b, 0.1, 0.0, 0.0) == 1 and np.array_equal(b, before)
+    assert trace_geodesic(surface_of(mesh), 1, b, 0.1, 0.0, 0.0) == 1 and np.array_equal(b, before)
 
 
 def test_turned_faces_are_found_where_something_moved(monkeypatch):
@@ -86,26 +86,26 @@ def test_turned_faces_are_found_where_something_moved(monkeypatch):
         return count
 
     monkeypatch.setattr(module, "_still_turned", checked)
-    levels(decimate(plate(), 100), 3)
+    build_levels(decimate(plate(), 100), 3)
     assert len(counts) > 2 and counts[-1] < counts[0]
 
 
 def test_folded_samples_are_unfolded_and_the_rest_stays():
     mesh = sphere(5)
-    plain = levels(decimate(mesh, 100), 2)
+    plain = build_levels(decimate(mesh, 100), 2)
     H = hierarchy(plain.F0, len(plain.V0), 2)
     assert turned(plain) == 0
     face, b = plain.source_face.copy(), plain.barycentric.copy()
     rng = np.random.default_rng(1)
     for v in rng.choice(len(face), 5, replace=False):  # far enough to turn faces over
         step = np.cross(plain.N[v], rng.normal(size=3))
-        face[v] = walk(surface_of(mesh), face[v], b[v], *(0.12 * step / np.linalg.norm(step)))
+        face[v] = trace_geodesic(surface_of(mesh), face[v], b[v], *(0.12 * step / np.linalg.norm(step)))
     P = np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]])
     N = TriMesh(P, H[-1].F).face_normals()
     assert ((N * P[H[-1].F].mean(1)).sum(1) <= 0).any()
     points = points_on(surface_of(mesh), face, b)
     assert np.array_equal(points.face, face) and np.allclose(points.P, P)
-    relax(surface_of(mesh), points, H, plain.V0)
+    untangle(surface_of(mesh), points, H, plain.V0)
     Q = np.einsum("nk,nkd->nd", points.b, mesh.V[mesh.F[points.face]])
     N = TriMesh(Q, H[-1].F).face_normals()
     assert ((N * Q[H[-1].F].mean(1)).sum(1) > 0).all()
@@ -114,13 +114,13 @@ def test_folded_samples_are_unfolded_and_the_rest_stays():
 
 @pytest.mark.parametrize("shape", [sphere, torus, sheet, tube])
 def test_noisy_surfaces_have_few_turned_faces(shape):
-    lod = levels(decimate(shape(noise=0.002), 60), 3)
+    lod = build_levels(decimate(shape(noise=0.002), 60), 3)
     assert turned(lod) <= 0.001 * 84 * 60
 
 
 @pytest.mark.parametrize("mesh, base_faces", [(plate(), 100), (sheet(noise=0.01), 60)], ids=["thin plate", "rough sheet"])
 def test_hard_surfaces_have_few_turned_faces_on_every_level(mesh, base_faces):
-    lod = levels(decimate(mesh, base_faces), 3)
+    lod = build_levels(decimate(mesh, base_faces), 3)
     assert turned(lod) <= 0.001 * 84 * len(lod.F0)
 
 
@@ -128,9 +128,9 @@ def test_relaxing_does_not_lift_the_faces_off_the_surface(monkeypatch):
     mesh = plate()
     d = decimate(mesh, 100)
     finest = hierarchy(d.F0, len(d.V0), 3)[-1]
-    relaxed = levels(d, 3, fitted=False)
+    relaxed = build_levels(d, 3, fitted=False)
     monkeypatch.setattr("npm_blender.core.levels.lod_sequence.relax", lambda surface, points, connectivity, home, progress: None)
-    plain = levels(d, 3, fitted=False)
+    plain = build_levels(d, 3, fitted=False)
     assert turned(relaxed) < 0.2 * turned(plain)
     before, after = (Original(mesh, 5000).evaluate(TriMesh(lod.V, finest.F)) for lod in (plain, relaxed))
     assert after.d_pm <= 1.01 * before.d_pm and after.d_normal < before.d_normal
@@ -138,24 +138,24 @@ def test_relaxing_does_not_lift_the_faces_off_the_surface(monkeypatch):
 
 def test_work_bounds_single_steps_too(monkeypatch):
     d = decimate(plate(), 100)
-    full = turned(levels(d, 3))
+    full = turned(build_levels(d, 3))
     monkeypatch.setattr("npm_blender.core.untangling.rounds.WORK", 300)
-    some = turned(levels(d, 3))
+    some = turned(build_levels(d, 3))
     monkeypatch.setattr("npm_blender.core.untangling.rounds.WORK", 0)
-    assert full < some < turned(levels(d, 3))
+    assert full < some < turned(build_levels(d, 3))
 
 
 def test_the_same_points_on_every_run():
     d = decimate(plate(), 100)
-    one, two = levels(d, 3), levels(d, 3)
+    one, two = build_levels(d, 3), build_levels(d, 3)
     assert np.array_equal(one.V, two.V) and np.array_equal(one.source_face, two.source_face)
 
 
 def test_a_surface_that_takes_long_can_be_cancelled_and_slices_change_nothing(monkeypatch):
     d = decimate(plate(), 100)
-    one, seen = levels(d, 3), []
+    one, seen = build_levels(d, 3), []
     monkeypatch.setattr("npm_blender.core.untangling.rounds.SLICE", 30)
-    two = levels(d, 3, progress=lambda fraction, message: seen.append(fraction) if message == MESSAGE else None)
+    two = build_levels(d, 3, progress=lambda fraction, message: seen.append(fraction) if message == MESSAGE else None)
     assert np.array_equal(one.V, two.V) and len(seen) > 10 and all(0.6 <= fraction <= 0.65 for fraction in seen)
 
     def cancel(fraction, message):
@@ -163,21 +163,21 @@ def test_a_surface_that_takes_long_can_be_cancelled_and_slices_change_nothing(mo
             raise Cancelled("enough")
 
     with pytest.raises(Cancelled):
-        levels(d, 3, progress=cancel)
+        build_levels(d, 3, progress=cancel)
 
 
 def test_border_vertices_do_not_move():
     mesh = sheet(noise=0.01)
     d = decimate(mesh, 40)
     H = hierarchy(d.F0, len(d.V0), 2)
-    lod = levels(d, 2)
+    lod = build_levels(d, 2)
     last: Level = H[-1]
     border = np.unique(last.F.reshape(-1)[last.opposite == np.arange(last.F.size)])
     rng = np.random.default_rng(0)
     face = rng.integers(0, len(mesh.F), last.n).astype(np.int32)
     face[border] = lod.source_face[border]
     points = points_on(surface_of(mesh), face, lod.barycentric)
-    relax(surface_of(mesh), points, H, lod.V0)
+    untangle(surface_of(mesh), points, H, lod.V0)
     assert np.array_equal(points.face[border], face[border])
     assert np.allclose(points.b[border], lod.barycentric[border])
     assert (points.b >= 0).all() and np.allclose(points.b.sum(1), 1)

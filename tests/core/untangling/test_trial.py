@@ -1,23 +1,13 @@
 import numpy as np
 
 from npm_blender.core.decimation.qem import decimate
-from npm_blender.core.geometry.geodesic_trace import Points, Surface
+from npm_blender.core.geometry.geodesic_trace import SurfacePoints, TraceMesh
 from npm_blender.core.geometry.normals import vertex_normals
-from npm_blender.core.levels.lod_sequence import levels
+from npm_blender.core.levels.lod_sequence import build_levels
 from npm_blender.core.mesh.subdivision import hierarchy
-from npm_blender.core.untangling.one_rings import rings_of
-from npm_blender.core.untangling.trial import (
-    Patch,
-    add,
-    carry,
-    changed,
-    fitness,
-    gather,
-    keep,
-    restore,
-    settled,
-    turned,
-)
+from npm_blender.core.untangling.one_rings import one_rings_of
+from npm_blender.core.untangling.propagation import propagate
+from npm_blender.core.untangling.trial import TrialRegion, add, changed, commit, fitness, gather, restore, save, turned
 
 from .lod_meshes import sheet
 
@@ -25,25 +15,25 @@ LEVELS = 3
 
 
 class Flat:
-    """The levels of a flat sheet as `relax` sees them, and one base vertex inside."""
+    """The levels of a flat sheet as `untangle` sees them, and one base vertex inside."""
 
     def __init__(self):
         mesh = sheet(flat=True)
         d = decimate(mesh, 40)
-        lod = levels(d, LEVELS, fitted=False)
+        lod = build_levels(d, LEVELS, fitted=False)
         self.H = hierarchy(lod.F0, len(lod.V0), LEVELS)
-        self.rings = rings_of(self.H)
-        self.surface = Surface(mesh.V, mesh.F, d.opposite, vertex_normals(mesh))
-        self.points = Points(lod.source_face.copy(), lod.barycentric.copy(), lod.V.copy(), lod.N.copy())
-        self.patch = Patch.make(self.H[-1].n, len(self.rings.F), LEVELS, 10)
+        self.rings = one_rings_of(self.H)
+        self.surface = TraceMesh(mesh.V, mesh.F, d.opposite, vertex_normals(mesh))
+        self.points = SurfacePoints(lod.source_face.copy(), lod.barycentric.copy(), lod.V.copy(), lod.N.copy())
+        self.patch = TrialRegion.make(self.H[-1].n, len(self.rings.F), LEVELS, 10)
         self.v = int(np.flatnonzero(~self.rings.fixed[:len(lod.V0)])[0])
 
     def carried(self, step=0.0):
         self.patch.state[0] += 1
         count = gather(self.rings, -1, self.patch, add(self.v, self.patch, 0))
-        keep(self.points, self.patch, count)
+        save(self.points, self.patch, count)
         self.points.P[self.v, 0] += step
-        done, whole = carry(self.surface, self.rings, self.points, -1, self.patch, len(self.rings.F))
+        done, whole = propagate(self.surface, self.rings, self.points, -1, self.patch, len(self.rings.F))
         assert whole and done == count - 1
         return count
 
@@ -92,7 +82,7 @@ def test_carrying_stops_where_a_level_has_more_turned_faces_than_may_be():
     finest = turned(flat.rings, flat.points, flat.patch, *flat.patch.faces_to[-2:], 1000)
     assert 1 < finest < folded
     assert turned(flat.rings, flat.points, flat.patch, 0, flat.patch.faces_to[-1], 0) == 1
-    done, whole = carry(flat.surface, flat.rings, flat.points, -1, flat.patch, 0)
+    done, whole = propagate(flat.surface, flat.rings, flat.points, -1, flat.patch, 0)
     assert not whole and done == flat.patch.vertices_to[0] - 1
 
 
@@ -117,5 +107,5 @@ def test_a_face_counts_as_changed_until_it_failed_and_after_a_neighbour_moved():
     flat.patch.state[3] = last = 1
     assert changed(flat.rings, f, 0, flat.patch.moved)
     assert not changed(flat.rings, f, last, flat.patch.moved)
-    settled(flat.patch, flat.carried())
+    commit(flat.patch, flat.carried())
     assert changed(flat.rings, f, last, flat.patch.moved)

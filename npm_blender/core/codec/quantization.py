@@ -1,0 +1,19 @@
+"""Quantization steps of a stream, from what the mesh is off by anyway."""
+import numpy as np
+
+BASE_STEP = 1.5  # of the lattice of base positions at most, over the mean error of the mesh without features
+LEAST_BITS = 9  # of a coordinate of the base
+LATENT_STEP = 1.0  # quantization step on the finest trained level; refinement knows of the rounding
+LATENT_ERROR = 8e-4  # a mesh that is off by less without features gets finer steps, down to a tenth
+GROWTH = 1.4  # of the steps of offsets from level to level
+LEAST_STEP = 2e-5  # of offsets of level 0, unit frame
+
+
+def step_scale(error: float) -> float:
+    """Scale of everything that touches latents, 0.1 to 1, from a mesh's error without features (unit frame)."""
+    return float(np.clip(error / LATENT_ERROR, 0.1, 1))
+
+
+def latent_steps(levels: int, scale: float = 1.0) -> np.ndarray:
+    """Quantization step of the latents of each level, (levels,) float32: finer where a latent moves more surface."""
+    return np.array([scale * LATENT_STEP * max(0.5, 0.7 ** max(2 - i, 0)) for i in range(levels)], dtype=np.float32)
