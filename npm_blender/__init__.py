@@ -5,6 +5,8 @@ registers what `operators` and `panels` define. bpy is imported inside functions
 line and the worker process run in any Python.
 """
 
+__version__ = "0.1.0"  # the one place: pyproject.toml reads it; tests hold the manifest and CHANGELOG.md to it
+
 
 def register() -> None:
     """Called by Blender when the extension is enabled."""

@@ -1,4 +1,4 @@
-"""The command line: one tree for `python -m npm_blender VERB` and `blender --command npmesh VERB`.
+"""The command line: one tree for `npmesh VERB`, `python -m npm_blender VERB` and `blender --command npmesh VERB`.
 
 In: arguments. Out: files, data on standard output, progress and one-line errors on standard error, an exit code:
 0 done, 1 failed (disk, memory, cancelled, our bug), 2 bad usage or bad input (repeating the command will not help).
@@ -12,6 +12,7 @@ import traceback
 from collections.abc import Sequence
 from typing import NoReturn
 
+from .. import __version__
 from ..core.errors import Cancelled, NpmError
 from . import compress, decompress, demo, evaluate, info
 
@@ -45,6 +46,7 @@ def build_parser(prog: str) -> argparse.ArgumentParser:
             "add detail in order of importance, so any prefix of the file past the base shows the whole shape."
         ),
     )
+    parser.add_argument("--version", action="version", version=f"npmesh {__version__}", help="show the version and exit")
     verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
     for verb in VERBS:
         name = verb.__name__.rpartition(".")[2]
@@ -63,7 +65,7 @@ def main(argv: Sequence[str], prog: str = "python -m npm_blender") -> int:
     """
     try:
         args = build_parser(prog).parse_args(list(argv))
-    except SystemExit as leaving:  # --help and usage errors
+    except SystemExit as leaving:  # --help, --version and usage errors
         return int(leaving.code or DONE)
     try:
         args.run(args)
@@ -91,6 +93,11 @@ def main(argv: Sequence[str], prog: str = "python -m npm_blender") -> int:
         return _say(prog, "out of memory; close other programs, or decimate the mesh first", FAILED)
     except Exception:
         return _bug(prog)
+
+
+def npmesh() -> int:
+    """The command `npmesh` that pip installs; the script around it leaves with the exit code."""
+    return main(sys.argv[1:], prog="npmesh")
 
 
 def _say(prog: str, message: str, code: int) -> int:

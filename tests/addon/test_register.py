@@ -108,6 +108,8 @@ def test_every_property_has_a_tooltip_in_blenders_style():
 def test_the_command_is_registered_and_answers(package, part, capsys):
     assert part("registration").run_command(["--help"]) == 0
     assert "npmesh" in capsys.readouterr().out
+    assert part("registration").run_command(["--version"]) == 0
+    assert capsys.readouterr().out == f"npmesh {sys.modules[package].__version__}\n"
 
 
 def test_enabling_twice_is_harmless(package):
