@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..core.errors import SettingsError
 from ..core.settings import AUTO, CLEAN_MODES, CompressSettings, LodSettings
-from ..worker_settings import compute_settings
+from ..jobs.machine import compute_settings
 from .console import ProgressLine, print_json
 from .files import STREAM_SUFFIX, check_input, check_output, write_atomic
 

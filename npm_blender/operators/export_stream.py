@@ -86,8 +86,8 @@ class EXPORT_SCENE_OT_npmesh(PresetArgument, CompressionProperties, BatchOperato
             raise FileError(f"Expected an existing folder, found none at '{path.parent}'; create it first")
 
     def _shown_part(self, obj: bpy.types.Object) -> bytes:
-        decoder, data = preview.decoder_of(obj), preview.received_of(obj).data
-        return data[:decoder.bytes_for(obj.npmesh.features)] if self.only_shown else data
+        progressive, data = preview.progressive_of(obj), preview.received_of(obj).data
+        return data[:progressive.bytes_for(obj.npmesh.features)] if self.only_shown else data
 
     def _write(self, data: bytes) -> None:
         from ..cli.files import write_atomic
