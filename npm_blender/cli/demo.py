@@ -8,9 +8,10 @@ import zlib
 from pathlib import Path
 
 from ..core.settings import CompressSettings
+from ..suffixes import SUFFIX
 from . import compress, evaluate
 from .console import ProgressLine
-from .files import STREAM_SUFFIX, check_input, check_output, open_stream_file
+from .files import check_input, check_output, open_stream_file
 from .info import STOPS
 
 HELP = "compress, measure and render a mesh, by default one that Blender makes"
@@ -53,7 +54,7 @@ def run(args: argparse.Namespace) -> None:
     with ProgressLine() as progress:
         source = args.mesh if args.mesh is not None else _sculpt(args.out, progress)
         name = source.stem if args.mesh is not None else "sculpt"
-        target = check_output(args.out / f"{name}{STREAM_SUFFIX}", source, (STREAM_SUFFIX,))
+        target = check_output(args.out / f"{name}{SUFFIX}", source, (SUFFIX,))
         summary = compress.compress_file(source, target, settings, progress)
         for message in summary["messages"]:
             progress.note(message)

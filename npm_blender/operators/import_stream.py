@@ -9,7 +9,7 @@ from .. import jobs, preview
 from ..core.errors import NpmError
 from ..preferences import worker_settings
 from ..preview.opening import receive
-from .export_stream import SUFFIX
+from ..suffixes import SUFFIX
 from .job_operator import JobOperator, one_line
 
 
