@@ -101,7 +101,7 @@ def before_save(path: str, *_args: object) -> None:
 
 @bpy.app.handlers.persistent
 def forget_all(*_args: object) -> None:
-    """Drop decoders and pending updates: another file is being loaded, or the extension is being disabled."""
+    """Drop opened streams and pending updates: another file is being loaded, or the extension is being disabled."""
     _waiting.clear()
     decoder_cache.forget()
     deviation.forget_all()
