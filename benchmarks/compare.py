@@ -7,17 +7,15 @@ line per mesh and method in out/bench; a second run does what is missing. The re
 which this calls at its end.
 """
 
-import argparse
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
+from corpus import pool
+from corpus.meshes import Entry
 from npm_blender.core.evaluation.metrics import Metrics
-from npm_blender.core.network import weights
 from npm_blender.core.settings import CompressSettings
 
-from . import jobs, methods, options
-from .corpus import Entry
+from . import methods, options
 from .methods.case import BUDGETS, CURVE, FEATURES, Case
 
 
@@ -88,24 +86,12 @@ def figures(case: Case, mesh) -> dict:
     return {"mesh_faces": len(mesh.F)} | {k: round(v, 5) for k, v in vars(m).items()}
 
 
-def folder(o: argparse.Namespace) -> Path:
-    """Where the lines of a run lie: apart for other splits, samples, settings and weights."""
-    tag = f"_{o.tag}" if o.tag else ""
-    return Path("out/bench") / f"{options.set_name(o)}_{o.samples}{tag}"
-
-
-def lines(o: argparse.Namespace, method: str) -> Path:
-    """The file of a method's lines; ours depend on the weights as well."""
-    digest = f"_{weights.load().digest.hex()}" if method.startswith("ours") else ""
-    return folder(o) / f"{method}{digest}.jsonl"
-
-
 def main() -> None:
     """Read the options, measure what is missing, write the report."""
     o = options.parse(__doc__)
     found = options.meshes(o)
     settings = CompressSettings(order=o.order, refine_steps=o.refine_steps)
-    have = {m: jobs.done(lines(o, m), o.retry) for m in o.methods}
+    have = {m: pool.done(options.lines(o, m), o.retry) for m in o.methods}
     tasks = []
     for entry in found:
         missing = tuple(m for m in o.methods if entry.name not in have[m])
@@ -116,11 +102,11 @@ def main() -> None:
         if "error" in rows:
             rows = {m: rows for m in task.methods}
         for m, row in rows.items():
-            jobs.append(lines(o, m), {"name": task.name, **row})
+            pool.append(options.lines(o, m), {"name": task.name, **row})
         return "; ".join(f"{m}: {row['error']}" for m, row in rows.items() if "error" in row)
 
-    jobs.each(measure, tasks, keep, o.processes)
-    from . import report  # which reads what this module writes
+    pool.each(measure, tasks, keep, o.processes)
+    from . import report  # which loads matplotlib; measuring does without
 
     print(report.write(o))
 

@@ -16,6 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
+from corpus import pool
+from corpus.meshes import Entry, entries
 from npm_blender.core.cleaning.cleanup import clean
 from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.evaluation.metrics import Original
@@ -25,8 +27,6 @@ from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
 from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 
-from . import jobs
-from .corpus import Entry, entries
 from .lodcost import BASE_FACES, LEVELS, table
 
 SPLITS = ("train", "val", "test")
@@ -163,7 +163,7 @@ def main() -> None:
     tasks = [
         Task(f"{s}/{e.name}", e, s == "val" and k % every == 0) for s in SPLITS for k, e in enumerate(entries(o.corpus, s))
     ]
-    rows = jobs.run(measure, tasks, Path("out/lod/sequences.jsonl"), o.processes)
+    rows = pool.run(measure, tasks, Path("out/lod/sequences.jsonl"), o.processes)
     rows = {t.name: rows[t.name] for t in tasks}
     page = [
         "# The LoD builder",

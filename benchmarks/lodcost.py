@@ -15,6 +15,7 @@ from pathlib import Path
 import igl
 import numpy as np
 
+from corpus.meshes import entries
 from npm_blender.core.cleaning.cleanup import clean
 from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.geometry.spatial_order import in_morton_order
@@ -22,8 +23,6 @@ from npm_blender.core.levels.lod_sequence import build_levels
 from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.parallel import threads
 from tests.shapes import bumpy, torus
-
-from .corpus import entries
 
 BASE_FACES, LEVELS, REPEATS = 400, 3, 3
 SMALL, LARGE = 6, 8  # subdivisions of the sphere with bumps: 81,920 and 1,310,720 faces

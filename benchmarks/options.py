@@ -1,4 +1,4 @@
-"""The options that the benchmarks share, and the meshes that they choose."""
+"""The options that the benchmarks share: the meshes that they choose, and where what is measured of them lies."""
 
 import argparse
 import subprocess
@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from .corpus import Entry, entries
+from corpus.meshes import SUFFIXES, Entry, entries
+from npm_blender.core.network import weights
+
 from .methods import METHODS
 
 QUICK_MESHES, QUICK_SAMPLES = 6, 20_000
 QUICK_FACES = (4_000, 20_000)
 SLOW = ("ours_sized", "subdivision_codec")  # make a stream, or several, for every budget: not part of a quick run
-SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".drc")
 MADE = Path("out/bench/meshes")
 
 
@@ -75,3 +76,15 @@ def meshes(o: argparse.Namespace) -> list[Entry]:
     if count and count < len(found):
         found = [found[i] for i in np.linspace(0, len(found) - 1, count).round().astype(int)]
     return found
+
+
+def folder(o: argparse.Namespace) -> Path:
+    """Where the lines of a run lie: apart for other splits, samples, settings and weights."""
+    tag = f"_{o.tag}" if o.tag else ""
+    return Path("out/bench") / f"{set_name(o)}_{o.samples}{tag}"
+
+
+def lines(o: argparse.Namespace, method: str) -> Path:
+    """The file of a method's lines; ours depend on the weights as well."""
+    digest = f"_{weights.load().digest.hex()}" if method.startswith("ours") else ""
+    return folder(o) / f"{method}{digest}.jsonl"

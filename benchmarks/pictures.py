@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
+from corpus.meshes import Entry
 from npm_blender.core.errors import NpmError, SettingsError
 from npm_blender.core.settings import CompressSettings
 
 from . import methods, options
-from .corpus import Entry
 from .methods.case import Case, Coded
 
 METHODS = ("ours", "qslim_draco", "progressive_meshes")

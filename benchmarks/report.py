@@ -12,11 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
+from corpus import pool
+from corpus.meshes import Entry
 from npm_blender.core.files import write_file
 from npm_blender.core.network import weights
 
-from . import compare, jobs, losses, methods, options, plots, speed, tables
-from .corpus import Entry
+from . import losses, methods, options, plots, speed, tables
 from .methods import REFERENCE, REFERENCE_SCALARS
 from .methods.case import BUDGETS, FEATURES
 from .pictures import section
@@ -26,7 +27,7 @@ from .tables import OURS
 
 def load(o: argparse.Namespace) -> Results:
     """What has been measured of the meshes that the options choose."""
-    lines = {m: jobs.done(compare.lines(o, m)) for m in o.methods}
+    lines = {m: pool.done(options.lines(o, m)) for m in o.methods}
     names = {}
     for method in o.methods:
         if lines[method]:
@@ -159,7 +160,7 @@ def figures(results: Results, o: argparse.Namespace, runtime: dict | None) -> di
 def write(o: argparse.Namespace) -> Path:
     """Write the page and what belongs to it; returns the page's path."""
     results = load(o)
-    target = o.report or compare.folder(o) / "results.md"
+    target = o.report or options.folder(o) / "results.md"
     folder = target.parent / "results"
     folder.mkdir(parents=True, exist_ok=True)
     runtime = None

@@ -19,7 +19,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from .jobs import THREADS
+from corpus.pool import THREADS
+
 from .operations import GROUPS, Inputs, operations
 
 ROOT = Path(__file__).parent.parent

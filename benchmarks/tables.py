@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from .corpus import Entry
+from corpus.meshes import Entry
+
 from .methods import REFERENCE, REFERENCE_SCALARS
 from .methods.case import BASE_FACES, BUDGETS, CURVE, FEATURES
 from .results import MEASURES, Results

@@ -8,8 +8,8 @@ from .lock import Package, Wheel
 from .staging import MANIFEST
 
 NEVER = {"numpy", "torch", "bpy", "scipy"}  # Blender's own, too large, or of tests only
-NEEDED = ("__init__.py", MANIFEST, "LICENSE", "worker.py", "core/codec/compression.py", "weights/npm1.npz")
-UNWANTED = re.compile(r"(^|/)(__pycache__|tests?|training|benchmarks|\.[^/]+)/|\.(pyc|nbi|nbc|pt|pth|zip|blend)$|(^|/)\.")
+NEEDED = ("__init__.py", MANIFEST, "LICENSE", "jobs/worker.py", "core/codec/compression.py", "weights/npm1.npz")
+UNWANTED = re.compile(r"(^|/)(__pycache__|tests?|training|benchmarks|corpus|\.[^/]+)/|\.(pyc|nbi|nbc|pt|pth|zip|blend)$|(^|/)\.")
 
 
 def python_versions(names: list[str]) -> set[tuple[int, ...]]:

@@ -45,7 +45,7 @@ def check_packages(preferences) -> None:
     assert (str(torch[0]) in found["torch"]) if torch else found["torch"] == "not found", found["torch"]
     for name, text in found.items():
         print(f"  {name} {text.replace(wheels, 'the wheels')}")
-    status = importlib.import_module(f"{PACKAGE}.packages").found(preferences.torch_folder)
+    status = importlib.import_module(f"{PACKAGE}.runtime.packages").found(preferences.torch_folder)
     assert [s.package.name for s in status if s.problem] == ([] if torch else ["torch"])
     if not torch:
         package = status[-1].package

@@ -10,9 +10,9 @@ from pathlib import Path
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
-from . import caches, packages
 from .core.settings import ComputeSettings
-from .worker_settings import WorkerSettings
+from .jobs import WorkerSettings
+from .runtime import caches, packages
 
 SIZE_SECONDS = 2.0  # the size of the cache is counted again after so long, while it is drawn
 
@@ -139,6 +139,12 @@ def worker_settings() -> WorkerSettings:
     torch = find_packages(preferences.torch_folder)[-1]
     return WorkerSettings(ComputeSettings(preferences.threads, preferences.device), cache_folder(),
                           "" if torch.problem else torch.path)
+
+
+def finds_torch() -> bool:
+    """Whether the worker will have PyTorch, without which nothing is refined."""
+    preferences = current()
+    return not find_packages(preferences.torch_folder if preferences else "")[-1].problem
 
 
 CLASSES = (NpmPreferences,)

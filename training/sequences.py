@@ -12,15 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks import corpus, jobs
+from corpus import pool
+from corpus.meshes import SUFFIXES, entries
 from npm_blender.core.cleaning.cleanup import clean
 from npm_blender.core.errors import FileError
 from npm_blender.core.levels.lod_sequence import build_lod
 from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.meshio.mesh_files import read_mesh
 from npm_blender.core.settings import LodSettings
-
-SUFFIXES = {".ply", ".obj", ".stl", ".glb", ".drc"}
 
 
 @dataclass(frozen=True)
@@ -36,7 +35,7 @@ class Task:
 def tasks(folder: Path, out: Path, variants: int) -> list[Task]:
     """Everything to build for a corpus or a plain folder. Raises FileError if there is no mesh in it."""
     if (folder / "manifest.csv").is_file():
-        found = [(e.name, e.path, split) for split in ("val", "train") for e in corpus.entries(folder, split)]
+        found = [(e.name, e.path, split) for split in ("val", "train") for e in entries(folder, split)]
     else:
         paths = sorted(p for p in folder.rglob("*") if p.suffix.lower() in SUFFIXES)
         found = [(p.stem, p, "val" if i % 10 == 9 else "train") for i, p in enumerate(paths)]
@@ -88,7 +87,7 @@ def main() -> None:
     options = parser.parse_args()
     for split in ("train", "val"):
         (options.out / split).mkdir(parents=True, exist_ok=True)
-    jobs.run(
+    pool.run(
         build, tasks(options.meshes, options.out, options.variants), options.out / "built.jsonl", options.processes
     )
 

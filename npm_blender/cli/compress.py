@@ -6,10 +6,12 @@ import time
 from pathlib import Path
 
 from ..core.errors import SettingsError
+from ..core.files import write_file
 from ..core.settings import AUTO, CLEAN_MODES, CompressSettings, LodSettings
-from ..worker_settings import compute_settings
+from ..jobs.machine import compute_settings
+from ..suffixes import SUFFIX
 from .console import ProgressLine, print_json
-from .files import STREAM_SUFFIX, check_input, check_output, write_atomic
+from .files import check_input, check_output
 
 HELP = "mesh file -> .npmesh"
 
@@ -95,7 +97,7 @@ def run(args: argparse.Namespace) -> None:
         budget=args.bytes or 0,
     )
     check_input(args.input)
-    check_output(args.output, args.input, (STREAM_SUFFIX,))
+    check_output(args.output, args.input, (SUFFIX,))
     with ProgressLine() as progress:
         summary = compress_file(args.input, args.output, settings, progress)
         for message in summary["messages"]:
@@ -122,7 +124,7 @@ def compress_file(source: Path, target: Path, settings: CompressSettings, progre
 
     done = compress(mesh, settings, progress, compute_settings())
     start = time.perf_counter()
-    write_atomic(target, done.data)
+    write_file(target, done.data)
     wrote = time.perf_counter() - start
     seconds.update(done.report.seconds)
     seconds["write"] = seconds.get("write", 0.0) + wrote

@@ -43,24 +43,24 @@ def run(args: argparse.Namespace) -> None:
     with ProgressLine() as progress:
         progress(0.0, f"Decoding {args.input.name}")
         start = time.perf_counter()
-        stream = open_stream_file(args.input)
-        level = check_level(stream, args.level)
+        progressive = open_stream_file(args.input)
+        level = check_level(progressive, args.level)
         if args.bytes is not None:
-            features = features_within(stream, args.bytes)
+            features = features_within(progressive, args.bytes)
         else:
-            features = number_of_features(stream, args.features, progress.note)
-        if stream.truncated:
+            features = number_of_features(progressive, args.features, progress.note)
+        if progressive.truncated:
             progress.note(
-                f"{args.input} ends early: {stream.features} of {stream.total_features} features have arrived"
+                f"{args.input} ends early: {progressive.features} of {progressive.total_features} features have arrived"
             )
-        mesh = stream.decode(features=features, level=level)
+        mesh = progressive.decode(features=features, level=level)
         decoded = time.perf_counter()
         progress(0.9, f"Writing {args.output.name}")
         write_mesh(args.output, mesh)
         summary = {
             "features": features,
             "level": level,
-            "bytes": stream.bytes_for(features),
+            "bytes": progressive.bytes_for(features),
             "vertices": len(mesh.V),
             "faces": len(mesh.F),
             "seconds": {"decode": round(decoded - start, 4), "write": round(time.perf_counter() - decoded, 4)},
@@ -70,5 +70,5 @@ def run(args: argparse.Namespace) -> None:
     else:
         print(
             f"{args.output}: {summary['faces']:,} faces, level {level}, from {features:,} features "
-            f"({summary['bytes']:,} of {stream.total_bytes:,} bytes)"
+            f"({summary['bytes']:,} of {progressive.total_bytes:,} bytes)"
         )

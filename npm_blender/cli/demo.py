@@ -8,9 +8,10 @@ import zlib
 from pathlib import Path
 
 from ..core.settings import CompressSettings
+from ..suffixes import SUFFIX
 from . import compress, evaluate
 from .console import ProgressLine
-from .files import STREAM_SUFFIX, check_input, check_output, open_stream_file
+from .files import check_input, check_output, open_stream_file
 from .info import STOPS
 
 HELP = "compress, measure and render a mesh, by default one that Blender makes"
@@ -53,19 +54,19 @@ def run(args: argparse.Namespace) -> None:
     with ProgressLine() as progress:
         source = args.mesh if args.mesh is not None else _sculpt(args.out, progress)
         name = source.stem if args.mesh is not None else "sculpt"
-        target = check_output(args.out / f"{name}{STREAM_SUFFIX}", source, (STREAM_SUFFIX,))
+        target = check_output(args.out / f"{name}{SUFFIX}", source, (SUFFIX,))
         summary = compress.compress_file(source, target, settings, progress)
         for message in summary["messages"]:
             progress.note(message)
-        original, stream = read_mesh(source), open_stream_file(target)
-        top = stream.levels
-        by_features = [(n, top) for n in (*(n for n in STOPS if n < stream.features), stream.features)]
-        by_level = [(stream.features, level) for level in range(top + 1)]
-        rows = evaluate.measure(stream, original, list(dict.fromkeys(by_features + by_level)), progress, SAMPLES)
+        original, progressive = read_mesh(source), open_stream_file(target)
+        top = progressive.levels
+        by_features = [(n, top) for n in (*(n for n in STOPS if n < progressive.features), progressive.features)]
+        by_level = [(progressive.features, level) for level in range(top + 1)]
+        rows = evaluate.measure(progressive, original, list(dict.fromkeys(by_features + by_level)), progress, SAMPLES)
         row_at = {(row["features"], row["level"]): row for row in rows}
-        meshes = {stop: stream.decode(*stop) for stop in row_at}
+        meshes = {stop: progressive.decode(*stop) for stop in row_at}
         written = [target]
-        files = {f"features_{'all' if n == stream.features else n}": (n, level) for n, level in by_features}
+        files = {f"features_{'all' if n == progressive.features else n}": (n, level) for n, level in by_features}
         files |= {f"level_{level}": (n, level) for n, level in by_level}
         for part, stop in files.items():
             written.append(args.out / f"{name}_{part}.ply")

@@ -40,16 +40,16 @@ def run(args: argparse.Namespace) -> None:
 
     check_input(args.original)
     with ProgressLine() as progress:
-        stream = open_stream_file(args.input)
-        level = check_level(stream, args.level)
+        progressive = open_stream_file(args.input)
+        level = check_level(progressive, args.level)
         progress(0.0, f"Reading {args.original.name}")
         original = read_mesh(args.original)
-        stops = [(number_of_features(stream, wanted, progress.note), level) for wanted in args.features]
-        rows = measure(stream, original, stops, progress, SAMPLES)
+        stops = [(number_of_features(progressive, wanted, progress.note), level) for wanted in args.features]
+        rows = measure(progressive, original, stops, progress, SAMPLES)
     print_json(rows) if args.json else print(as_text(rows))
 
 
-def measure(stream, original, stops: list[tuple[int, int]], progress, samples: int) -> list[dict]:
+def measure(progressive, original, stops: list[tuple[int, int]], progress, samples: int) -> list[dict]:
     """One dict with the keys COLUMNS for each (features, level) of `stops`.
 
     original: TriMesh; samples: points per direction. Raises MeshError if the original has no area.
@@ -61,13 +61,13 @@ def measure(stream, original, stops: list[tuple[int, int]], progress, samples: i
     rows = []
     for k, (features, level) in enumerate(stops):
         progress(k / len(stops), f"Measuring {features} features at level {level}")
-        error = reference.evaluate(stream.decode(features=features, level=level))
+        error = reference.evaluate(progressive.decode(features=features, level=level))
         rows.append(
             {
                 "features": features,
                 "level": level,
-                "bytes": stream.bytes_for(features),
-                "cr": compression_ratio(len(original.V), stream.base_vertices, stream.numbers(features)),
+                "bytes": progressive.bytes_for(features),
+                "cr": compression_ratio(len(original.V), progressive.base_vertices, progressive.numbers(features)),
                 "d_pm": float(error.d_pm),
                 "d_normal": float(error.d_normal),
                 "d_reverse": float(error.d_reverse),

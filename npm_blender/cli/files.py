@@ -4,12 +4,9 @@ import os
 from pathlib import Path
 
 from ..core.errors import FileError
-from ..core.files import read_file, write_file
+from ..core.files import read_file
 
-STREAM_SUFFIX = ".npmesh"
 MESH_SUFFIXES = (".ply", ".obj", ".stl", ".glb")
-
-write_atomic = write_file  # a reader of the path sees the old file or the whole new one
 
 
 def check_input(path: Path) -> Path:
@@ -44,8 +41,6 @@ def check_output(path: Path, source: Path, suffixes: tuple[str, ...]) -> Path:
 def open_stream_file(path: Path):
     """The `ProgressiveMesh` in an .npmesh file. Raises FileError, StreamError or WeightsError."""
     data = read_file(path)
-    from ..core.codec.progressive_mesh import (
-        open_stream,  # after the cheap check: this import compiles and loads weights
-    )
+    from ..core.codec.progressive_mesh import open_stream  # after the cheap check: this import loads much
 
     return open_stream(data)

@@ -24,25 +24,25 @@ def run(args: argparse.Namespace) -> None:
     print_json(summary) if args.json else print(as_text(args.input, summary))
 
 
-def describe(stream) -> dict:
+def describe(progressive) -> dict:
     """The summary as a JSON-able dict; `bytes_at` counts whole prefixes of the file, header and base included."""
     return {
-        "faces": stream.source_faces,
-        "vertices": stream.source_vertices,
-        "levels": stream.levels,
-        "faces_per_level": [stream.faces_at(level) for level in range(stream.levels + 1)],
-        "bytes": stream.total_bytes,
-        "base_bytes": stream.base_bytes,
+        "faces": progressive.source_faces,
+        "vertices": progressive.source_vertices,
+        "levels": progressive.levels,
+        "faces_per_level": [progressive.faces_at(level) for level in range(progressive.levels + 1)],
+        "bytes": progressive.total_bytes,
+        "base_bytes": progressive.base_bytes,
         "bytes_at": {
-            **{str(n): stream.bytes_for(min(n, stream.features)) for n in STOPS},
-            "all": stream.bytes_for(stream.features),
+            **{str(n): progressive.bytes_for(min(n, progressive.features)) for n in STOPS},
+            "all": progressive.bytes_for(progressive.features),
         },
-        "features": stream.features,
-        "total_features": stream.total_features,
-        "truncated": stream.truncated,
-        "position_bits": stream.position_bits,
-        "corrupt": stream.corrupt,
-        "model_id": stream.model_id,
+        "features": progressive.features,
+        "total_features": progressive.total_features,
+        "truncated": progressive.truncated,
+        "position_bits": progressive.position_bits,
+        "corrupt": progressive.corrupt,
+        "model_id": progressive.model_id,
     }
 
 

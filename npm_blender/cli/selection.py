@@ -28,31 +28,31 @@ def count_type(text: str) -> int:
     return int(text)
 
 
-def number_of_features(stream, wanted: int | None, note) -> int:
+def number_of_features(progressive, wanted: int | None, note) -> int:
     """How many features `wanted` (None: all) comes to: never more than have arrived; `note(message)` says if fewer."""
     if wanted is None:
-        return stream.features
-    if wanted > stream.features:
+        return progressive.features
+    if wanted > progressive.features:
         why = (
-            f"the file ends early, {stream.total_features} were written" if stream.truncated else "the file has no more"
+            f"the file ends early, {progressive.total_features} were written" if progressive.truncated else "the file has no more"
         )
-        note(f"{wanted} features were asked for, {stream.features} are used: {why}")
-    return min(wanted, stream.features)
+        note(f"{wanted} features were asked for, {progressive.features} are used: {why}")
+    return min(wanted, progressive.features)
 
 
-def features_within(stream, budget: int) -> int:
+def features_within(progressive, budget: int) -> int:
     """The most features whose prefix of the file fits into `budget` bytes. Raises SettingsError below the base."""
-    if budget < stream.base_bytes:
+    if budget < progressive.base_bytes:
         raise SettingsError(
-            f"Expected --bytes of at least {stream.base_bytes} (the base mesh), found {budget}; raise it"
+            f"Expected --bytes of at least {progressive.base_bytes} (the base mesh), found {budget}; raise it"
         )
-    return stream.features_for(budget)
+    return progressive.features_for(budget)
 
 
-def check_level(stream, level: int | None) -> int:
+def check_level(progressive, level: int | None) -> int:
     """The level to decode; None is the finest. Raises SettingsError above it."""
     if level is None:
-        return stream.levels
-    if level > stream.levels:
-        raise SettingsError(f"Expected --level 0 to {stream.levels} (the file's finest), found {level}; lower it")
+        return progressive.levels
+    if level > progressive.levels:
+        raise SettingsError(f"Expected --level 0 to {progressive.levels} (the file's finest), found {level}; lower it")
     return level

@@ -1,18 +1,18 @@
 """Compressing objects one after the other in one job: gather their meshes, follow the job, hand out the results."""
 import sys
 from collections.abc import Generator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 import bpy
 
-from .. import bridge, estimate, jobs, preferences
+from .. import bridge, jobs
 from ..core.errors import MeshError, NpmError
 from ..core.settings import CompressSettings
-from ..dependencies import cache_folder
 from ..preferences import worker_settings
 from ..preview.threads import in_thread
+from .expected_time import expected_seconds, learn, rates
 from .job_operator import JobOperator, Steps, one_line
 from .target import fingerprint
 
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from ..core.mesh.triangle_mesh import TriMesh
 
 _FED = object()  # what `feed` finds where every mesh was given to the job
-_rates: list[estimate.Rates] = []  # of this machine, once they are known
 
 
 @dataclass
@@ -39,11 +38,11 @@ class Item:
 class BatchOperator(JobOperator):
     """A JobOperator that compresses objects; `store_and_show` gets each object and its result."""
 
-    def prepare(self, context: bpy.types.Context, result: jobs.Compressed) -> Steps:
+    def prepare(self, context: bpy.types.Context, result: jobs.CompressedFile) -> Steps:
         """What can be done before `store_and_show`, in steps. May raise NpmError."""
         yield from ()
 
-    def store_and_show(self, context: bpy.types.Context, obj: bpy.types.Object, result: jobs.Compressed,
+    def store_and_show(self, context: bpy.types.Context, obj: bpy.types.Object, result: jobs.CompressedFile,
                        made_from: str) -> None:
         """What to do with the result for `obj`. May raise NpmError or OSError."""
         raise NotImplementedError
@@ -123,37 +122,3 @@ class BatchOperator(JobOperator):
             self.report({"ERROR"}, f"{', '.join(names)}: {message}")
         self.summarize(context, [o for o in bpy.data.objects if o.session_uid in done], len(self._items))
         return {"FINISHED"} if done else {"CANCELLED"}
-
-
-def finds_torch() -> bool:
-    """Whether the worker will have PyTorch, without which nothing is refined."""
-    chosen = preferences.current()
-    return not preferences.find_packages(chosen.torch_folder if chosen else "")[-1].problem
-
-
-def rates() -> estimate.Rates:
-    """How fast this machine compresses."""
-    if not _rates:
-        _rates.append(estimate.load(cache_folder()))
-    return _rates[0]
-
-
-def learn(outcomes: list, settings: CompressSettings) -> None:
-    """Take the rates of the last mesh that was compressed, unless code had to be compiled for it."""
-    compressed = [o for o in outcomes if isinstance(o, jobs.Compressed)]
-    if not compressed or compressed[-1].report["compiled"]:
-        return
-    first = outcomes[0]
-    start = None
-    if isinstance(first, jobs.Compressed) and not first.report["compiled"]:
-        start = first.seconds - sum(first.report["seconds"].values())
-    _rates[:] = [estimate.learned(rates(), compressed[-1].report, settings, start)]
-    estimate.save(cache_folder(), _rates[0])
-
-
-def expected_seconds(sources: Sequence[bpy.types.Object], settings: CompressSettings,
-                     depsgraph: bpy.types.Depsgraph | None) -> list[float]:
-    """What compressing each of the objects will take on this machine, without the start of the worker."""
-    if not finds_torch():
-        settings = replace(settings, refine_steps=0)
-    return [rates().seconds(bridge.triangle_count(obj, depsgraph), settings) for obj in sources]

@@ -12,7 +12,7 @@ from .target import chosen_settings, poll_selected, sources_of
 MAX_SCALE = 1.5  # ratio of an object's scales beyond which the report speaks of it
 
 
-def store(obj: bpy.types.Object, result: jobs.Compressed, made_from: str) -> None:
+def store(obj: bpy.types.Object, result: jobs.CompressedFile, made_from: str) -> None:
     """Keep a compressed stream and its report on `obj`."""
     preview.pack(obj, result.stream)
     obj.npmesh.fingerprint = made_from
@@ -65,7 +65,7 @@ All get the settings of the active one; the objects themselves stay as they are"
 
     def prepare(self, context, result):
         if self.make_preview and context.mode == "OBJECT":
-            yield from preview.opened_ahead(result.stream)
+            yield from preview.open_ahead(result.stream)
 
     def store_and_show(self, context, obj, result, made_from):
         store(obj, result, made_from)

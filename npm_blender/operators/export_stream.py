@@ -7,13 +7,13 @@ from bpy_extras.io_utils import ExportHelper
 
 from .. import bridge, jobs, preview
 from ..core.errors import FileError, NpmError
+from ..core.files import write_file
 from ..properties import SETTING_NAMES, CompressionProperties, PresetArgument, draw_settings
+from ..suffixes import SUFFIX
 from .batch import BatchOperator
 from .compress import store
 from .job_operator import one_line
 from .target import chosen_settings, fingerprint, poll_mesh
-
-SUFFIX = ".npmesh"
 
 
 class EXPORT_SCENE_OT_npmesh(PresetArgument, CompressionProperties, BatchOperator, bpy.types.Operator, ExportHelper):
@@ -86,13 +86,11 @@ class EXPORT_SCENE_OT_npmesh(PresetArgument, CompressionProperties, BatchOperato
             raise FileError(f"Expected an existing folder, found none at '{path.parent}'; create it first")
 
     def _shown_part(self, obj: bpy.types.Object) -> bytes:
-        decoder, data = preview.decoder_of(obj), preview.received_of(obj).data
-        return data[:decoder.bytes_for(obj.npmesh.features)] if self.only_shown else data
+        progressive, data = preview.progressive_of(obj), preview.received_of(obj).data
+        return data[:progressive.bytes_for(obj.npmesh.features)] if self.only_shown else data
 
     def _write(self, data: bytes) -> None:
-        from ..cli.files import write_atomic
-
-        write_atomic(Path(self.filepath), data)
+        write_file(Path(self.filepath), data)
         self.report({"INFO"}, f"Wrote {len(data):,} bytes to '{Path(self.filepath).name}'")
 
 

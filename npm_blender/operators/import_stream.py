@@ -7,9 +7,9 @@ from bpy_extras.io_utils import ImportHelper, poll_file_object_drop
 
 from .. import jobs, preview
 from ..core.errors import NpmError
-from ..dependencies import receive
 from ..preferences import worker_settings
-from .export_stream import SUFFIX
+from ..preview.opening import receive
+from ..suffixes import SUFFIX
 from .job_operator import JobOperator, one_line
 
 
@@ -60,7 +60,7 @@ class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
             try:
                 if isinstance(received, NpmError):
                     raise received
-                yield from preview.opened_ahead(received)
+                yield from preview.open_ahead(received)
                 obj = preview.make(context, received, path.stem, None)
                 if self.link:
                     preview.link(obj, path)

@@ -3,8 +3,9 @@ from collections.abc import Generator
 
 import bpy
 
-from .. import estimate, jobs, preview
+from .. import jobs, preview
 from ..core.errors import NpmError
+from ..jobs import estimate
 from ..preview.viewport import redraw_panels
 
 TIMER_SECONDS = 0.1

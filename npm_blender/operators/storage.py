@@ -7,7 +7,7 @@ from bpy_extras.io_utils import ExportHelper
 from .. import preview
 from ..core.errors import FileError, NpmError
 from ..core.files import read_file, write_file
-from .export_stream import SUFFIX
+from ..suffixes import SUFFIX
 from .job_operator import one_line
 from .preview_operator import PreviewOperator
 

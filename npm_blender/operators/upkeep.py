@@ -3,8 +3,9 @@ from pathlib import Path
 
 import bpy
 
-from .. import caches, jobs, preferences
+from .. import jobs, preferences
 from ..core.errors import NpmError
+from ..runtime import caches
 from .job_operator import JobOperator, one_line
 
 

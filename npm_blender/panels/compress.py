@@ -1,12 +1,14 @@
 """The panel of compression: the running job, preset and numbers, Compress, and the report."""
 import bpy
 
-from .. import estimate, jobs, preview
+from .. import jobs, preview
 from ..core.errors import SettingsError
-from ..operators.batch import expected_seconds, finds_torch, rates
+from ..jobs import estimate
 from ..operators.compress import OBJECT_OT_npmesh_cancel, OBJECT_OT_npmesh_compress
 from ..operators.decoded import OBJECT_OT_npmesh_preview
+from ..operators.expected_time import expected_seconds, rates
 from ..operators.target import candidates, unfit
+from ..preferences import finds_torch
 from ..properties import draw_settings, settings_of
 from .common import Sidebar, lines
 

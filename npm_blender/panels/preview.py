@@ -6,7 +6,8 @@ from ..core.errors import StreamError
 from ..operators import decoded, lod_set, play, storage
 from ..operators.export_gltf import EXPORT_SCENE_OT_npmesh_gltf
 from ..operators.export_stream import EXPORT_SCENE_OT_npmesh
-from ..preview import deviation, kept, playback
+from ..preview import deviation, playback
+from ..preview.storage import measured_text, quality
 from .common import Sidebar, icon_of, length_text, lines, percent_text, short_count, size_text
 
 LEVELS_IN_ROW = 4
@@ -154,7 +155,7 @@ class VIEW3D_PT_npmesh_output(_Part, bpy.types.Panel):
         column.operator(EXPORT_SCENE_OT_npmesh_gltf.bl_idname, text="Export Level as glTF", icon="EXPORT")
         column.operator(EXPORT_SCENE_OT_npmesh.bl_idname, text="Export .npmesh", icon="EXPORT")
         column = layout.column(align=True)
-        if kept.is_linked(obj):
+        if preview.is_linked(obj):
             lines(column, f"Linked from {obj.npmesh.filepath}", "LINKED", context.region.width)
             column.operator(storage.OBJECT_OT_npmesh_pack.bl_idname, icon="PACKAGE")
         else:
@@ -206,7 +207,7 @@ def _errors(obj: bpy.types.Object, scene: bpy.types.Scene) -> tuple[tuple[str, s
 def _quality(obj: bpy.types.Object):
     """The measured errors of a preview's stream; None if they are not known."""
     try:
-        return kept.quality(kept.measured_text(obj))
+        return quality(measured_text(obj))
     except StreamError:
         return None
 

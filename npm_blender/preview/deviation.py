@@ -11,7 +11,7 @@ import bpy
 
 from .. import bridge
 from ..core.errors import MeshError, NpmError
-from . import levels, viewport
+from . import levels, storage, viewport
 from .nearest import Nearest
 
 ATTRIBUTE = "Deviation"
@@ -197,7 +197,7 @@ def _watching() -> float | None:
 
 def follow_all() -> None:
     """After undo, redo and loading: colours and viewports follow."""
-    for obj in [o for o in bpy.data.objects if o.npmesh.show_deviation and not levels.foreign(o) and o.mode == "OBJECT"]:
+    for obj in [o for o in bpy.data.objects if o.npmesh.show_deviation and not storage.foreign(o) and o.mode == "OBJECT"]:
         request(obj)
     _watch()
 

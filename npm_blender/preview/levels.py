@@ -3,7 +3,7 @@ import bpy
 
 from .. import bridge
 from . import smooth
-from .decoders import decoder_of
+from .streams import progressive_of
 
 STAMP = "npmesh_shown"  # custom property of a level's mesh: stream and number of features that it holds
 
@@ -13,14 +13,14 @@ def show(obj: bpy.types.Object) -> bool:
 
     Raises StreamError, FileError, WeightsError or DependencyError.
     """
-    state, decoder = obj.npmesh, decoder_of(obj)
-    level, features = min(int(state.level), decoder.levels), min(state.features, decoder.features)
+    state, progressive = obj.npmesh, progressive_of(obj)
+    level, features = min(int(state.level), progressive.levels), min(state.features, progressive.features)
     mesh = _level_mesh(obj, level)
     stamp, stale = f"{state.digest}:{features}", False
-    F = decoder.level_faces(level)
+    F = progressive.level_faces(level)
     if mesh.get(STAMP) != stamp:
         stale = True
-        V = decoder.decode_positions(features, level)
+        V = progressive.decode_positions(features, level)
         if bridge.has_shape(mesh, len(V), len(F)):
             bridge.write_positions(mesh, V)
         else:
@@ -29,17 +29,8 @@ def show(obj: bpy.types.Object) -> bool:
         mesh[STAMP] = stamp
     if obj.data != mesh:
         obj.data = mesh
-    state.shown_faces, state.shown_bytes, state.problem = len(F), decoder.bytes_for(features), ""
+    state.shown_faces, state.shown_bytes, state.problem = len(F), progressive.bytes_for(features), ""
     return stale
-
-
-def foreign(obj: bpy.types.Object) -> str:
-    """Why the meshes of an object are not ours to change; empty if they are."""
-    if obj.library is not None:
-        return f"Expected a local preview, found '{obj.name}' linked from a file; make it local first"
-    if obj.override_library is not None:
-        return f"Expected a local preview, found '{obj.name}', a library override; make it local first"
-    return ""
 
 
 def is_shown(obj: bpy.types.Object) -> bool:

@@ -3,7 +3,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from . import decoders, deviation, kept, levels, placement, smooth
+from . import decoder_cache, deviation, levels, placement, smooth, storage
 
 if TYPE_CHECKING:
     from ..core.codec.stored_stream import StoredStream
@@ -19,22 +19,22 @@ def set_stream(obj: bpy.types.Object, received: "StoredStream") -> None:
 
     Raises StreamError, WeightsError or DependencyError, and then leaves the object as it was.
     """
-    decoder = decoders.opened(received)
-    digest = kept.digest_of(received.data)
+    progressive = decoder_cache.progressive_in(received)
+    digest = storage.digest_of(received.data)
     state = obj.npmesh
     old = levels.level_meshes(obj)
     if state.source is not None:
         state.shading, state.smooth_angle = smooth.read(state.source)
-    kept.pack(obj, received)
+    storage.pack(obj, received)
     state.is_preview = False  # no updates before all is set
-    state.digest, state.level_count, state.stream_base_faces = digest, decoder.levels, decoder.base_faces
-    state.total_features, state.arrived_features = decoder.total_features, decoder.features
-    state.stream_bytes = decoder.total_bytes
-    state.source_bytes = ply_bytes(decoder.source_vertices, decoder.source_faces)
-    state.source_faces = decoder.source_faces
-    state.features, state.level = decoder.features, str(decoder.levels)
+    state.digest, state.level_count, state.stream_base_faces = digest, progressive.levels, progressive.base_faces
+    state.total_features, state.arrived_features = progressive.total_features, progressive.features
+    state.stream_bytes = progressive.total_bytes
+    state.source_bytes = ply_bytes(progressive.source_vertices, progressive.source_faces)
+    state.source_faces = progressive.source_faces
+    state.features, state.level = progressive.features, str(progressive.levels)
     state.meshes.clear()
-    for _ in range(decoder.levels + 1):
+    for _ in range(progressive.levels + 1):
         state.meshes.add()
     state.is_preview = True
     levels.show(obj)
@@ -89,7 +89,7 @@ def apply(obj: bpy.types.Object) -> None:
     levels.remove_unused(meshes)
     if levels.STAMP in obj.data:
         del obj.data[levels.STAMP]
-    kept.unpack(obj)
+    storage.unpack(obj)
     obj.property_unset("npmesh")
 
 

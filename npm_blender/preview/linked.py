@@ -12,9 +12,9 @@ import bpy
 from .. import jobs
 from ..core.errors import NpmError, StreamError
 from ..core.files import read_file
-from ..dependencies import open_received, receive
 from ..preferences import worker_settings
-from . import decoders, kept, levels
+from . import decoder_cache, storage
+from .opening import open_received, receive
 
 if TYPE_CHECKING:
     from ..core.codec.stored_stream import StoredStream
@@ -36,10 +36,10 @@ def link(obj: bpy.types.Object, path: str | os.PathLike) -> None:
     Raises FileError if it cannot be read, StreamError if it is another stream.
     """
     _checked(read_file(path), obj, Path(path))
-    measured = kept.measured_text(obj)
-    kept.unpack(obj)
+    measured = storage.measured_text(obj)
+    storage.unpack(obj)
     if measured:
-        obj[kept.MEASURED] = measured
+        obj[storage.MEASURED] = measured
     obj.npmesh.filepath = _relative(str(path), bpy.data.filepath)
 
 
@@ -50,7 +50,7 @@ def read(obj: bpy.types.Object) -> "StoredStream":
     path, digest = path_of(obj), obj.npmesh.digest
     _checked(read_file(path), obj, path)
     received = _result(_reading.pop(digest)) if digest in _reading else read_anew(path)
-    return StoredStream(received.data, received.arrays, kept.measured_text(obj))
+    return StoredStream(received.data, received.arrays, storage.measured_text(obj))
 
 
 def read_anew(path: Path) -> "StoredStream":
@@ -60,7 +60,7 @@ def read_anew(path: Path) -> "StoredStream":
 
 def check_all() -> None:
     """After opening a .blend: name the files that are missing or were changed, and start reading the others."""
-    for obj in [o for o in bpy.data.objects if o.npmesh.is_preview and kept.is_linked(o) and not levels.foreign(o)]:
+    for obj in [o for o in bpy.data.objects if o.npmesh.is_preview and storage.is_linked(o) and not storage.foreign(o)]:
         try:
             path = path_of(obj)
             _checked(read_file(path), obj, path)
@@ -76,7 +76,7 @@ def check_all() -> None:
 def before_save(path: str) -> None:
     """Paths become relative to where the .blend will be."""
     _absolute.clear()
-    for obj in [o for o in bpy.data.objects if o.npmesh.filepath and not levels.foreign(o)]:
+    for obj in [o for o in bpy.data.objects if o.npmesh.filepath and not storage.foreign(o)]:
         _absolute[obj.session_uid] = str(path_of(obj))
         obj.npmesh.filepath = _relative(_absolute[obj.session_uid], path or bpy.data.filepath)
 
@@ -100,7 +100,7 @@ def forget_all() -> None:
 
 
 def _checked(data: bytes, obj: bpy.types.Object, path: Path) -> bytes:
-    if kept.digest_of(data) != obj.npmesh.digest:
+    if storage.digest_of(data) != obj.npmesh.digest:
         raise StreamError(f"Expected '{path.name}' as it was when it was linked, found another stream in that file; "
                           "bring the old one back, or reload it")
     return data
@@ -133,7 +133,7 @@ def _poll() -> float | None:
         elif job.poll():
             del _reading[digest]
             try:
-                decoders.keep(digest, open_received(_result(job)))
+                decoder_cache.keep(digest, open_received(_result(job)))
             except NpmError:
                 pass  # whoever needs it will read it again and say what is wrong
     return POLL_SECONDS if _reading else None

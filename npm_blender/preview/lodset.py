@@ -7,7 +7,7 @@ import bpy
 from .. import bridge
 from ..core.errors import SettingsError
 from . import placement, smooth
-from .decoders import decoder_of
+from .streams import progressive_of
 
 if TYPE_CHECKING:
     from ..core.codec.progressive_mesh import ProgressiveMesh
@@ -60,11 +60,11 @@ def make(obj: bpy.types.Object, name: str, convention: Convention, pattern: str,
          side_by_side: bool) -> list[bpy.types.Object]:
     """Objects of all levels of a preview, the finest first, in a new collection beside it.
 
-    Raises SettingsError for names that are not free, StreamError and others as `decoder_of`.
+    Raises SettingsError for names that are not free, StreamError and others as `progressive_of`.
     """
-    decoder = decoder_of(obj)
+    progressive = progressive_of(obj)
     group = convention.group.replace(NAME, name)
-    called = names(pattern, name, decoder.levels + 1, set(bpy.data.objects.keys()))
+    called = names(pattern, name, progressive.levels + 1, set(bpy.data.objects.keys()))
     if group in bpy.data.objects:
         raise SettingsError(f"Expected '{group}' to be free, found an object of that name; rename or remove it")
     collection = bpy.data.collections.new(f"{name}_LODs")
@@ -72,8 +72,8 @@ def make(obj: bpy.types.Object, name: str, convention: Convention, pattern: str,
     parent.children.link(collection)
     top = _group(obj, group, convention, collection) if group else None
     made = []
-    for k, level in enumerate(reversed(range(decoder.levels + 1))):
-        made.append(_level(obj, decoder, level, features, called[k], collection))
+    for k, level in enumerate(reversed(range(progressive.levels + 1))):
+        made.append(_level(obj, progressive, level, features, called[k], collection))
         if top is not None:
             made[-1].parent = top
         else:
@@ -83,10 +83,10 @@ def make(obj: bpy.types.Object, name: str, convention: Convention, pattern: str,
     return made
 
 
-def _level(obj: bpy.types.Object, decoder: "ProgressiveMesh", level: int, features: int, name: str,
+def _level(obj: bpy.types.Object, progressive: "ProgressiveMesh", level: int, features: int, name: str,
            collection: bpy.types.Collection) -> bpy.types.Object:
     mesh = bpy.data.meshes.new(name)
-    bridge.build(mesh, decoder.decode_positions(features, level), decoder.level_faces(level))
+    bridge.build(mesh, progressive.decode_positions(features, level), progressive.level_faces(level))
     smooth.write(mesh, obj.npmesh.shading, obj.npmesh.smooth_angle)
     for material in obj.data.materials:
         mesh.materials.append(material)

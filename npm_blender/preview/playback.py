@@ -3,7 +3,7 @@ import time
 
 import bpy
 
-from .decoders import decoder_of
+from .streams import progressive_of
 
 
 class Play:
@@ -15,9 +15,9 @@ class Play:
 
     def __init__(self, obj: bpy.types.Object) -> None:
         """Begin. Raises StreamError, FileError, WeightsError or DependencyError."""
-        decoder, state = decoder_of(obj), obj.npmesh
+        progressive, state = progressive_of(obj), obj.npmesh
         self.uid, self.features = obj.session_uid, state.features
-        self.base, self.end = decoder.base_bytes, decoder.bytes_for(state.features)
+        self.base, self.end = progressive.base_bytes, progressive.bytes_for(state.features)
         self.elapsed, self.arrived = 0.0, 0
         self._bytes_per_second = state.play_rate * 1000 / 8
         self._begun = time.monotonic()
@@ -35,7 +35,7 @@ class Play:
             self.elapsed = self.end / self._bytes_per_second
             features = self.features
         else:
-            features = decoder_of(obj).features_for(max(self.arrived, self.base))
+            features = progressive_of(obj).features_for(max(self.arrived, self.base))
         if obj.npmesh.features != features:
             obj.npmesh.features = features
         return self.arrived < self.end

@@ -1,5 +1,5 @@
 """The number of features, as an artist sets it: as a share that is fine at the start, or as bytes to spend."""
-from .decoders import decoder_of
+from .streams import progressive_of
 
 # Detail d uses the share d ** DETAIL_POWER of all features: the first hundred change more than the next thousand.
 DETAIL_POWER = 3
@@ -26,11 +26,11 @@ def set_budget(state, kilobytes: float) -> None:
     from ..core.errors import NpmError
 
     try:
-        decoder = decoder_of(state.id_data)
+        progressive = progressive_of(state.id_data)
     except NpmError as error:
         state.problem = str(error)
         return
     size = round(KILOBYTE * kilobytes)
-    features = decoder.features_for(max(size, decoder.base_bytes))
-    state.budget_bytes, state.budget_features = max(size, decoder.base_bytes), features
+    features = progressive.features_for(max(size, progressive.base_bytes))
+    state.budget_bytes, state.budget_features = max(size, progressive.base_bytes), features
     state.features = features

@@ -4,7 +4,7 @@ import time
 import bpy
 
 from ..core.errors import NpmError
-from . import decoders, deviation, levels, linked, playback, viewport
+from . import decoder_cache, deviation, levels, linked, playback, storage, viewport
 
 # An update that takes longer waits until the panel has been drawn with the slider's new place. It costs one redraw more;
 # Blender itself passes on only the last of the mouse's moves that are waiting.
@@ -29,7 +29,7 @@ def set_level(state, level: int) -> None:
 def _follow(state) -> None:
     """Show what the properties say, now or from the timer."""
     obj = state.id_data
-    if not state.is_preview or obj.mode != "OBJECT" or levels.foreign(obj):
+    if not state.is_preview or obj.mode != "OBJECT" or storage.foreign(obj):
         return
     if bpy.app.background or _seconds.get(state.digest, 0.0) <= FAST_SECONDS:
         show_or_say(obj)
@@ -42,8 +42,8 @@ def _follow(state) -> None:
 def on_path(state, context: bpy.types.Context) -> None:
     """Update callback of the path of a linked file: look there, if the stream could not be found before."""
     obj = state.id_data
-    if state.is_preview and state.problem and state.filepath and not levels.foreign(obj):
-        decoders.drop(state.digest)
+    if state.is_preview and state.problem and state.filepath and not storage.foreign(obj):
+        decoder_cache.drop(state.digest)
         show_or_say(obj)
 
 
@@ -78,7 +78,7 @@ def refresh_all(*_args: object) -> None:
     """After undo and redo: every preview shows what its properties say."""
     playback.forget_all()
     _waiting.clear()
-    for obj in [o for o in bpy.data.objects if o.npmesh.is_preview and not levels.foreign(o) and o.mode == "OBJECT"]:
+    for obj in [o for o in bpy.data.objects if o.npmesh.is_preview and not storage.foreign(o) and o.mode == "OBJECT"]:
         if not levels.is_shown(obj):
             show_or_say(obj)
     deviation.follow_all()
@@ -101,9 +101,9 @@ def before_save(path: str, *_args: object) -> None:
 
 @bpy.app.handlers.persistent
 def forget_all(*_args: object) -> None:
-    """Drop decoders and pending updates: another file is being loaded, or the extension is being disabled."""
+    """Drop opened streams and pending updates: another file is being loaded, or the extension is being disabled."""
     _waiting.clear()
-    decoders.forget()
+    decoder_cache.forget()
     deviation.forget_all()
     linked.forget_all()
     playback.forget_all()

@@ -178,8 +178,8 @@ def test_missing_numba(tmp_path, monkeypatch):
 
 def test_missing_weights(part, tmp_path, monkeypatch):
     package = tmp_path / "npm_blender"
-    shutil.copytree(part("jobs").PACKAGE_FOLDER, package, ignore=shutil.ignore_patterns("__pycache__", "weights"))
-    monkeypatch.setattr(part("jobs"), "PACKAGE_FOLDER", package)
+    shutil.copytree(part("jobs.process").PACKAGE_FOLDER, package, ignore=shutil.ignore_patterns("__pycache__", "weights"))
+    monkeypatch.setattr(part("jobs.process"), "PACKAGE_FOLDER", package)
     add_object()
     assert "Expected trained weights" in refusal(bpy.ops.object.npmesh_compress, **SMALL)
     assert not leftovers()
@@ -251,13 +251,13 @@ def test_the_worker_goes_behind_the_window(part):
         time.sleep(0.01)
     behind = os.getpriority(os.PRIO_PROCESS, job._process.pid) - os.getpriority(os.PRIO_PROCESS, 0)
     job.cancel()
-    assert behind == min(part("worker").NICENESS, 19 - os.getpriority(os.PRIO_PROCESS, 0))
+    assert behind == min(part("jobs.worker").NICENESS, 19 - os.getpriority(os.PRIO_PROCESS, 0))
 
 
 def test_the_worker_never_loads_bpy(part, monkeypatch):
-    jobs = part("jobs")
-    command = jobs._command
-    monkeypatch.setattr(jobs, "_command", lambda folder: [command(folder)[0], "-X", "importtime", *command(folder)[1:]])
+    process = part("jobs.process")
+    command = process.command
+    monkeypatch.setattr(process, "command", lambda folder: [command(folder)[0], "-X", "importtime", *command(folder)[1:]])
     job = start_job(part, add_object())
     while not job.poll():
         time.sleep(0.05)

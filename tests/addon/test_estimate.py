@@ -64,7 +64,7 @@ def test_the_smallest_file_keeps_to_its_size(part):
 
 
 def test_more_costs_more(part):
-    compression, rates = part("properties.compression"), part("estimate").Rates()
+    compression, rates = part("properties.compression"), part("jobs.estimate").Rates()
     state = add_object().npmesh
     seconds = []
     for name in ("DRAFT", "STANDARD", "BEST"):
@@ -75,7 +75,7 @@ def test_more_costs_more(part):
 
 
 def test_the_last_run_sets_the_rates(part, tmp_path):
-    estimate = part("estimate")
+    estimate = part("jobs.estimate")
     settings = part("core.settings").CompressSettings(refine_steps=10)
     stages = {"clean": 1.0, "decimate": 2.0, "levels": 1.0, "encode": 0.5, "refine": 20.0, "order": 0.25, "write": 0.25}
     report = {"seconds": stages, "faces": 50_000, "base_faces": 400, "levels": 3}
@@ -91,7 +91,7 @@ def test_the_last_run_sets_the_rates(part, tmp_path):
 
 @pytest.mark.parametrize("content", [None, "", "no", "[]", '{"speed": 1}', '{"start": "a"}'])
 def test_damaged_rates_count_as_none(part, tmp_path, content):
-    estimate = part("estimate")
+    estimate = part("jobs.estimate")
     if content is not None:
         (tmp_path / estimate.FILE).write_text(content)
     assert estimate.load(str(tmp_path)) == estimate.Rates()
@@ -99,7 +99,7 @@ def test_damaged_rates_count_as_none(part, tmp_path, content):
 
 
 def test_what_is_left_starts_with_the_estimate_and_ends_with_nothing(part):
-    left = part("estimate").remaining
+    left = part("jobs.estimate").remaining
     assert left(60, 0.0, 0.0) == 60 and left(60, 1.0, 40) == 0
     assert left(60, 0.5, 60) == pytest.approx(45)  # half the work took all the estimate: between 30 and 60
     assert left(60, 0.9, 108) == pytest.approx(11.4)
@@ -108,25 +108,25 @@ def test_what_is_left_starts_with_the_estimate_and_ends_with_nothing(part):
 @pytest.mark.parametrize(("seconds", "text"), [
     (0.2, "1 s"), (4.1, "5 s"), (12, "15 s"), (61, "65 s"), (100, "2 min"), (5399, "90 min"), (7200, "2.0 h")])
 def test_durations_as_people_say_them(part, seconds, text):
-    assert part("estimate").text(seconds) == text
+    assert part("jobs.estimate").text(seconds) == text
 
 
 def test_without_torch_no_refinement_is_estimated(part, monkeypatch):
-    batch, settings = part("operators.batch"), part("core.settings").CompressSettings(refine_steps=50)
+    expected, settings = part("operators.expected_time"), part("core.settings").CompressSettings(refine_steps=50)
     obj, seconds = add_object(subdivisions=4), {}
-    monkeypatch.setattr(batch, "_rates", [part("estimate").Rates()])  # not what this machine has learned
+    monkeypatch.setattr(expected, "_rates", [part("jobs.estimate").Rates()])  # not what this machine has learned
     for there in (True, False):
-        monkeypatch.setattr(batch, "finds_torch", lambda there=there: there)
-        seconds[there], = batch.expected_seconds([obj], settings, bpy.context.view_layer.depsgraph)
+        monkeypatch.setattr(part("preferences"), "finds_torch", lambda there=there: there)
+        seconds[there], = expected.expected_seconds([obj], settings, bpy.context.view_layer.depsgraph)
     assert seconds[False] < seconds[True] / 10
 
 
 def test_compressing_teaches(part, monkeypatch):
-    batch, estimate, kept = part("operators.batch"), part("estimate"), []
-    monkeypatch.setattr(batch, "_rates", [estimate.Rates()])
+    expected, estimate, kept = part("operators.expected_time"), part("jobs.estimate"), []
+    monkeypatch.setattr(expected, "_rates", [estimate.Rates()])
     monkeypatch.setattr(estimate, "save", lambda folder, rates: kept.append(rates))
     add_object(subdivisions=4)
     bpy.ops.object.npmesh_compress(**QUICK)
-    rates = batch.rates()
+    rates = expected.rates()
     assert kept == [rates] and rates != estimate.Rates() and rates.per_step == estimate.Rates().per_step
     assert 0 < rates.per_face < 0.1 and rates.start > 0

@@ -12,7 +12,7 @@ def make(obj, **arguments):
 
 
 def check(part, obj, shown, level, features):
-    V = part("preview").decoder_of(shown).decode_positions(features, level)
+    V = part("preview").progressive_of(shown).decode_positions(features, level)
     assert np.array_equal(positions(obj), V.astype(np.float32))
     assert len(obj.data.polygons) == 80 * 4**level
     assert not obj.npmesh.is_preview and "npmesh_shown" not in obj.data and "npmesh_stream" not in obj

@@ -14,7 +14,7 @@ def clock(part, monkeypatch):
 
 
 def test_what_has_arrived_is_what_the_line_carried(part, previewed, clock):
-    playback, decoder = part("preview.playback"), part("preview").decoder_of(previewed)
+    playback, progressive = part("preview.playback"), part("preview").progressive_of(previewed)
     state = previewed.npmesh
     state.play_rate = 8  # 1000 bytes a second
     play = playback.start(previewed)
@@ -22,7 +22,7 @@ def test_what_has_arrived_is_what_the_line_carried(part, previewed, clock):
     for _ in range(200):
         clock[0] += 0.05
         going = play.step(previewed)
-        assert state.features == (decoder.features_for(max(play.arrived, decoder.base_bytes)) if going else play.features)
+        assert state.features == (progressive.features_for(max(play.arrived, progressive.base_bytes)) if going else play.features)
         assert play.arrived == min(int(1000 * (clock[0] - 100)), play.end)
         seen.append(state.features)
         if not going:
@@ -37,7 +37,7 @@ def test_it_ends_at_the_features_that_were_set(part, previewed, clock):
     play = part("preview.playback").start(previewed)
     clock[0] += 1000
     assert not play.step(previewed) and previewed.npmesh.features == 30
-    assert play.end == part("preview").decoder_of(previewed).bytes_for(30)
+    assert play.end == part("preview").progressive_of(previewed).bytes_for(30)
 
 
 def test_stopping_gives_the_features_back(part, previewed, clock):

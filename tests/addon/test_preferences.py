@@ -126,7 +126,7 @@ def drawn(part, preferences) -> list[str]:
 
 
 def test_a_missing_package_is_named_with_its_remedy(part, chosen, monkeypatch):
-    packages = part("packages")
+    packages = part("runtime.packages")
     find = packages.importlib.util.find_spec
     monkeypatch.setattr(packages.importlib.util, "find_spec",
                         lambda name: None if name in ("numba", "torch") else find(name))

@@ -84,7 +84,7 @@ print("took", took)
 
 
 def test_importing_the_package_needs_no_bpy():
-    code = ("import sys; sys.path.insert(0, sys.argv[-1]); import npm_blender, npm_blender.worker; "
+    code = ("import sys; sys.path.insert(0, sys.argv[-1]); import npm_blender, npm_blender.jobs.worker; "
             "sys.exit('bpy' in sys.modules)")
     assert subprocess.run([sys.executable, "-c", code, str(ROOT)]).returncode == 0
 

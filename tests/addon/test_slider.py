@@ -10,12 +10,13 @@ def error_lines(part, obj):
 
 
 def test_a_budget_picks_the_features_that_fit(part, opened):
-    decoder, state = part("preview").decoder_of(opened), opened.npmesh
-    for size in (decoder.base_bytes, decoder.base_bytes + 100, 1000, decoder.total_bytes - 1, decoder.total_bytes):
+    progressive, state = part("preview").progressive_of(opened), opened.npmesh
+    least, most = progressive.base_bytes, progressive.total_bytes
+    for size in (least, least + 100, 1000, most - 1, most):
         state.budget = size / 1000
-        assert state.shown_bytes <= size and state.features == decoder.features_for(size)
+        assert state.shown_bytes <= size and state.features == progressive.features_for(size)
         beyond = min(state.features + 100, state.total_features)
-        assert beyond == state.features or decoder.bytes_for(beyond) > size
+        assert beyond == state.features or progressive.bytes_for(beyond) > size
 
 
 def test_a_budget_stays_what_was_typed_until_the_features_are_set_otherwise(opened):
@@ -36,7 +37,7 @@ def test_a_budget_beyond_the_stream_gives_all(opened):
 
 
 def test_the_error_at_a_stop_is_the_measured_one(part, previewed):
-    quality = part("preview.kept").quality(previewed["npmesh_measured"])
+    quality = part("preview.storage").quality(previewed["npmesh_measured"])
     for k, features in enumerate(quality.features):
         previewed.npmesh.features = features
         said = error_lines(part, previewed)
@@ -46,7 +47,7 @@ def test_the_error_at_a_stop_is_the_measured_one(part, previewed):
 
 def test_between_stops_both_ends_are_named(part, previewed):
     previewed.npmesh.features = 30
-    quality = part("preview.kept").quality(previewed["npmesh_measured"])
+    quality = part("preview.storage").quality(previewed["npmesh_measured"])
     ends = sorted(quality.errors[2][quality.features.index(k)].d_pm for k in (20, 40))
     said = error_lines(part, previewed)["Of Size"].rstrip("%").split(" to ")
     assert [float(x) for x in said] == pytest.approx([e / 100 for e in ends], rel=0.05)
@@ -81,7 +82,7 @@ def test_the_worker_measures(part):
     add_object(subdivisions=4)
     bpy.ops.object.npmesh_compress(base_faces=80, levels=1, refine_steps=0)
     shown = bpy.context.active_object
-    assert len(part("preview.kept").quality(shown["npmesh_measured"]).errors) == 2
+    assert len(part("preview.storage").quality(shown["npmesh_measured"]).errors) == 2
     assert "%" in error_lines(part, shown)["Of Size"]
 
 

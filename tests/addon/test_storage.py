@@ -41,7 +41,7 @@ def test_after_opening_the_file_is_found_again(part, linked, stream, tmp_path):
     obj = reopen(part, tmp_path / "scene.blend")
     obj.npmesh.features, obj.npmesh.level = 9, "1"
     check(part, obj, stream)
-    assert part("preview.kept").quality(obj["npmesh_measured"]).features[0] == 0
+    assert part("preview.storage").quality(obj["npmesh_measured"]).features[0] == 0
 
 
 def test_both_moved_together(part, linked, stream, tmp_path):

@@ -9,8 +9,8 @@ import pytest
 from PIL import Image
 
 from benchmarks import pictures
-from benchmarks.corpus import Entry
 from benchmarks.methods.case import Case, Coded
+from corpus.meshes import Entry
 from npm_blender.core.errors import SettingsError
 from tests.shapes import icosphere
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from benchmarks import losses, tables
-from benchmarks.corpus import Entry
 from benchmarks.methods.case import BUDGETS
 from benchmarks.results import COLUMNS, Results, write_json
+from corpus.meshes import Entry
 
 NAMES = {"ours": "ours", "ours_sized": "sized", "qslim_draco": "QSlim + Draco", "qslim": "QSlim"}
 

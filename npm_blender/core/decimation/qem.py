@@ -19,7 +19,7 @@ from .collapse_loop import DONE, EMPTY, Scratch, Tests
 from .decimator import Decimator
 from .face_bounds import roomier
 from .halfedge_mesh import HalfedgeMesh
-from .regions import decimate_regions, worth_dividing
+from .regions import worth_dividing, decimate_regions
 
 FEWEST, MOST = 100, 2000  # base faces that are chosen from the shape
 DEAR = 4e-7  # price (squared distance times area, unit frame) of a collapse that such a base leaves out

@@ -2,7 +2,7 @@ import json
 import os
 from dataclasses import dataclass
 
-from benchmarks import jobs
+from corpus import pool
 
 
 @dataclass(frozen=True)
@@ -23,22 +23,22 @@ TASKS = [Task(f"t{i}", i) for i in range(6)]
 
 
 def test_rows_of_all_tasks_whatever_happens_to_one(tmp_path, capsys):
-    rows = jobs.run(half, TASKS, tmp_path / "rows.jsonl", 2)
+    rows = pool.run(half, TASKS, tmp_path / "rows.jsonl", 2)
     assert [rows[f"t{i}"].get("half") for i in range(6)] == [0, 0.5, 1, None, None, 2.5]
-    assert rows["t3"]["error"] == "ValueError: no three" and rows["t4"]["error"] == jobs.DIED
+    assert rows["t3"]["error"] == "ValueError: no three" and rows["t4"]["error"] == pool.DIED
     assert "6/6" in capsys.readouterr().err
 
 
 def test_a_second_run_does_what_is_missing(tmp_path):
     path = tmp_path / "rows.jsonl"
-    jobs.append(path, {"name": "t1", "half": "kept"})
+    pool.append(path, {"name": "t1", "half": "kept"})
     path.write_text(path.read_text() + '{"name": "t2", "ha')  # killed while it wrote
-    rows = jobs.run(half, TASKS[1:3], path, 1)
+    rows = pool.run(half, TASKS[1:3], path, 1)
     assert rows["t1"]["half"] == "kept" and rows["t2"]["half"] == 1
-    assert jobs.done(path) == rows
+    assert pool.done(path) == rows
 
 
 def test_errors_are_kept_unless_asked_for(tmp_path):
     path = tmp_path / "rows.jsonl"
     path.write_text(json.dumps({"name": "a", "error": "x"}) + "\n")
-    assert "a" in jobs.done(path) and "a" not in jobs.done(path, retry=True)
+    assert "a" in pool.done(path) and "a" not in pool.done(path, retry=True)

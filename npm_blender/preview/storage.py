@@ -1,6 +1,7 @@
 """The stream that an object keeps: packed in the .blend, as custom properties, or linked from a file.
 
-Of a linked file the object has the path and the digest, and what was measured; see `linked` for reading it.
+Of a linked file the object has the path and the digest, and what was measured; see `linked` for reading it. `foreign`
+says whether an object is ours to change.
 """
 import hashlib
 from functools import lru_cache
@@ -8,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from ..dependencies import receive
+from .opening import receive
 
 if TYPE_CHECKING:
     from ..core.codec.stored_stream import StoredStream
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 STREAM = "npmesh_stream"  # the packed bytes
 ARRAYS = "npmesh_arrays"  # what was read from them, so that they open without compiled code
-MEASURED = "npmesh_measured"  # text of a core.quality.Quality; not there for a file that was opened without its original
+MEASURED = "npmesh_measured"  # text of the measured errors; not there for a file that was opened without its original
 
 
 def digest_of(data: bytes) -> str:
@@ -53,6 +54,15 @@ def is_linked(obj: bpy.types.Object) -> bool:
     return bool(obj.npmesh.filepath) and not has_stream(obj)
 
 
+def foreign(obj: bpy.types.Object) -> str:
+    """Why an object and its meshes are not ours to change; empty if they are."""
+    if obj.library is not None:
+        return f"Expected a local preview, found '{obj.name}' linked from a file; make it local first"
+    if obj.override_library is not None:
+        return f"Expected a local preview, found '{obj.name}', a library override; make it local first"
+    return ""
+
+
 def packed(obj: bpy.types.Object) -> "StoredStream | None":
     """The stream that is packed on an object, if there is one. Raises StreamError or DependencyError if it is damaged."""
     from ..core.codec.stored_stream import StoredStream
@@ -64,7 +74,7 @@ def packed(obj: bpy.types.Object) -> "StoredStream | None":
 
 
 def measured_text(obj: bpy.types.Object) -> str:
-    """What `core.quality` wrote of the stream's errors; empty if they are not known."""
+    """The measured errors of the stream, as text; empty if they are not known."""
     text = obj.get(MEASURED)
     return text if isinstance(text, str) else ""
 

@@ -3,7 +3,7 @@ import os
 
 import pytest
 
-from npm_blender import caches
+from npm_blender.runtime import caches
 
 
 @pytest.fixture

@@ -8,6 +8,8 @@ from npm_blender.core.errors import FileError
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.meshio.mesh_files import read_mesh
 
+SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".drc")
+
 
 @dataclass(frozen=True)
 class Entry:

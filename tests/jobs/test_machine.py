@@ -8,7 +8,7 @@ import pytest
 from npm_blender.core.cleaning import result_cache
 from npm_blender.core.errors import SettingsError
 from npm_blender.core.settings import ComputeSettings
-from npm_blender.worker_settings import WorkerSettings, compute_settings
+from npm_blender.jobs.machine import WorkerSettings, compute_settings
 
 
 @pytest.mark.parametrize("compute", [ComputeSettings(), ComputeSettings(threads=3), ComputeSettings(2, "gpu")])

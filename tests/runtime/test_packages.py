@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from npm_blender import packages
-from npm_blender.packages import TORCH, VERSION
+from npm_blender.runtime import packages
+from npm_blender.runtime.packages import TORCH, VERSION
 
 TAG = VERSION.replace(".", "")
 
@@ -55,7 +55,7 @@ def test_a_folder_without_torch(tmp_path):
 
 
 def test_looking_loads_nothing():
-    code = ("import sys; from npm_blender import packages; found = packages.found(); "
+    code = ("import sys; from npm_blender.runtime import packages; found = packages.found(); "
             "print([s.package.name for s in found if not s.problem], {'numba', 'torch', 'numpy'} & set(sys.modules))")
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert "'numba'" in said and said.strip().endswith("set()")

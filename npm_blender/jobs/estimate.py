@@ -4,9 +4,9 @@ import math
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from .core.codec import rate_control
-from .core.errors import FileError
-from .core.settings import AUTO, CompressSettings
+from ..core.codec import rate_control
+from ..core.errors import FileError
+from ..core.settings import AUTO, CompressSettings
 
 AUTO_FACES = 600  # what an automatic base has, about
 FILE = "rates.json"
@@ -75,7 +75,7 @@ def load(folder: str | None) -> Rates:
 
 def save(folder: str | None, rates: Rates) -> None:
     """Keep the rates in `folder`; a folder that cannot be written keeps nothing."""
-    from .core.files import write_file
+    from ..core.files import write_file
 
     if folder is not None:
         try:

@@ -6,9 +6,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from .caches import COMPILED
-from .core.errors import SettingsError
-from .core.settings import ComputeSettings
+from ..core.errors import SettingsError
+from ..core.settings import ComputeSettings
+from ..runtime.caches import COMPILED
 
 DEVICE, THREADS = "NPMESH_DEVICE", "NPMESH_THREADS"
 POOLS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS", "NUMBA_NUM_THREADS")
@@ -16,8 +16,8 @@ POOLS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_M
 
 @dataclass(frozen=True)
 class WorkerSettings:
-    """compute: threads and device; cache: folder for compiled code and results (caches.py), None for the packages' own;
-    torch_path: folder to import torch from where Blender's Python has none, "" for no such folder."""
+    """compute: threads and device; cache: folder for compiled code and results (runtime/caches.py), None for the
+    packages' own; torch_path: folder to import torch from where Blender's Python has none, "" for no such folder."""
 
     compute: ComputeSettings = ComputeSettings()
     cache: str | None = None
@@ -31,7 +31,7 @@ class WorkerSettings:
         if self.compute.device == "gpu":
             out["PYTORCH_ENABLE_MPS_FALLBACK"] = "1"  # what Apple's GPUs cannot do yet is done by the processor
         if self.cache:
-            from .core.cleaning.result_cache import FOLDER_VARIABLE  # here: it loads NumPy
+            from ..core.cleaning.result_cache import FOLDER_VARIABLE  # here: it loads NumPy
 
             out["NUMBA_CACHE_DIR"] = str(Path(self.cache, COMPILED))
             out[FOLDER_VARIABLE] = self.cache
