@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from corpus import pool
 from corpus.meshes import Entry
-from npm_blender.core.evaluation.metrics import Metrics
+from npm_blender.core.evaluation import Metrics
 from npm_blender.core.settings import CompressSettings
 
 from . import methods, options

@@ -18,14 +18,12 @@ import numpy as np
 
 from corpus import pool
 from corpus.meshes import Entry, entries
-from npm_blender.core.cleaning.cleanup import clean
-from npm_blender.core.decimation.qem import decimate
-from npm_blender.core.evaluation.metrics import Original
-from npm_blender.core.geometry.normals import vertex_normals
-from npm_blender.core.levels.lod_sequence import build_levels
-from npm_blender.core.mesh.subdivision import hierarchy
-from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
-from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
+from npm_blender.core.cleaning import clean
+from npm_blender.core.decimation import decimate
+from npm_blender.core.evaluation import Original
+from npm_blender.core.geometry import vertex_normals
+from npm_blender.core.levels import build_levels
+from npm_blender.core.mesh import TriMesh, UnitFrame, hierarchy, opposite_halfedges, topology_of, vertex_fans
 
 from .lodcost import BASE_FACES, LEVELS, table
 

@@ -16,11 +16,10 @@ import igl
 import numpy as np
 
 from corpus.meshes import entries
-from npm_blender.core.cleaning.cleanup import clean
-from npm_blender.core.decimation.qem import decimate
-from npm_blender.core.geometry.spatial_order import in_morton_order
-from npm_blender.core.levels.lod_sequence import build_levels
-from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
+from npm_blender.core.cleaning import clean
+from npm_blender.core.decimation import decimate
+from npm_blender.core.levels import build_levels
+from npm_blender.core.mesh import TriMesh, UnitFrame, in_morton_order
 from npm_blender.core.parallel import threads
 from tests.shapes import bumpy, torus
 

@@ -13,8 +13,8 @@ import bpy
 import numpy as np
 from mathutils import Vector, noise
 
-from npm_blender.core.mesh.triangle_mesh import TriMesh
-from npm_blender.core.meshio.mesh_files import write_mesh
+from npm_blender.core.mesh import TriMesh
+from npm_blender.core.meshio import write_mesh
 from npm_blender.demo import sculpt
 
 BUST_VOXEL = 0.062  # Blender units; the demo's sculpt at a third of its resolution

@@ -12,7 +12,7 @@ from types import ModuleType
 
 import numpy as np
 
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 from npm_blender.core.settings import CompressSettings
 
 from .methods import drc
@@ -53,7 +53,7 @@ class Inputs:
     @staticmethod
     def write(folder: Path, mesh: TriMesh) -> "Inputs":
         """Make and write the files of a mesh in the unit frame."""
-        from npm_blender.core.codec.compression import compress, open_stream
+        from npm_blender.core.codec import compress, open_stream
 
         ours = compress(mesh, CompressSettings(refine_steps=0)).data
         finest = len(open_stream(ours).level_faces(LEVEL))
@@ -125,13 +125,13 @@ def operations() -> list[Operation]:
 
 
 def _compress(mesh: TriMesh, refine_steps: int | None) -> bytes:
-    from npm_blender.core.codec.compression import compress
+    from npm_blender.core.codec import compress
 
     return compress(mesh, CompressSettings(refine_steps=refine_steps)).data
 
 
 def _open(data: bytes):
-    from npm_blender.core.codec.progressive_mesh import open_stream
+    from npm_blender.core.codec import open_stream
 
     return open_stream(data)
 

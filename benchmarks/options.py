@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from corpus.meshes import SUFFIXES, Entry, entries
-from npm_blender.core.network import weights
+from npm_blender.core.network import load_weights
 
 from .methods import METHODS
 
@@ -86,5 +86,5 @@ def folder(o: argparse.Namespace) -> Path:
 
 def lines(o: argparse.Namespace, method: str) -> Path:
     """The file of a method's lines; ours depend on the weights as well."""
-    digest = f"_{weights.load().digest.hex()}" if method.startswith("ours") else ""
+    digest = f"_{load_weights().digest.hex()}" if method.startswith("ours") else ""
     return folder(o) / f"{method}{digest}.jsonl"

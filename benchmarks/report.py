@@ -15,7 +15,7 @@ import numpy as np
 from corpus import pool
 from corpus.meshes import Entry
 from npm_blender.core.files import write_file
-from npm_blender.core.network import weights
+from npm_blender.core.network import load_weights
 
 from . import losses, methods, options, plots, speed, tables
 from .methods import REFERENCE, REFERENCE_SCALARS
@@ -40,7 +40,7 @@ def load(o: argparse.Namespace) -> Results:
 
 def page(results: Results, o: argparse.Namespace, runtime: dict | None, pictures: str, entries: list[Entry]) -> str:
     """The Markdown page. pictures: the folder of the plots, as the page sees it; entries: the meshes."""
-    model = weights.load()
+    model = load_weights()
     counts = ", ".join(f"{name} {len(results.rows[m])}" for m, name in results.names.items())
     chosen = f"the {o.split} split of {o.corpus.name}" if o.corpus else "meshes that Blender makes"
     out = [
@@ -152,7 +152,7 @@ def figures(results: Results, o: argparse.Namespace, runtime: dict | None) -> di
     }
     return {
         "made": str(date.today()), "command": command(o), "samples": o.samples, "meshes": len(results.meshes),
-        "weights": weights.load().digest.hex(), "bytes_ratio_to_qslim_draco": against, "numbers_ratio_to_qslim": numbers,
+        "weights": load_weights().digest.hex(), "bytes_ratio_to_qslim_draco": against, "numbers_ratio_to_qslim": numbers,
         "runtime": runtime, "errors": results.errors,
     }  # fmt: skip
 

@@ -115,10 +115,10 @@ def _child(*arguments: str) -> dict:
 
 
 def _all(repeats: int, depth: int, slow: bool, groups: list[str]) -> dict:
-    """The figures of `measure`, in this process but for the memory."""
+    """The figures of `measure_prefixes`, in this process but for the memory."""
     import torch
 
-    from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
+    from npm_blender.core.mesh import TriMesh, UnitFrame
     from tests.shapes import bumpy
 
     torch.set_num_threads(1)
@@ -152,7 +152,7 @@ def _all(repeats: int, depth: int, slow: bool, groups: list[str]) -> dict:
 
 def _stages(mesh) -> dict[str, float]:
     """Processor seconds of our encoder by stage, not refined: the processor's share of what each stage waited."""
-    from npm_blender.core.codec.compression import compress
+    from npm_blender.core.codec import compress
     from npm_blender.core.settings import CompressSettings
 
     begun = time.process_time()
@@ -176,21 +176,15 @@ def _forward(data: bytes, repeats: int) -> dict[str, dict[str, float]]:
     """Seconds of the network's forward passes, NumPy and torch."""
     import torch
 
-    from npm_blender.core.bitstream.container import read_stream
-    from npm_blender.core.codec.progressive_mesh import ProgressiveMesh
-    from npm_blender.core.mesh.subdivision import hierarchy
-    from npm_blender.core.network import weights
-    from npm_blender.core.network.decoder import decode
-    from npm_blender.core.network.encoder import encode
-    from npm_blender.core.network.mesh_index import MeshIndex
-    from npm_blender.core.network.numpy_backend import NUMPY
-    from npm_blender.core.network.parameters import map_tree
-    from npm_blender.core.network.torch_backend import TorchBackend
+    from npm_blender.core.bitstream import read_stream
+    from npm_blender.core.codec import ProgressiveMesh
+    from npm_blender.core.mesh import hierarchy
+    from npm_blender.core.network import NUMPY, MeshIndex, TorchBackend, decode, encode, load_weights, map_tree
 
     stream = read_stream(data)
     opened = ProgressiveMesh(stream, len(data))
     levels = hierarchy(stream.F0, len(stream.V0), opened.levels)
-    params = weights.load().params
+    params = load_weights().params
     positions = [opened.decode_positions(None, i).astype("float32") for i in range(opened.levels + 1)]
     calls = {}
     for B, tree in ((NUMPY, params), (TorchBackend(), map_tree(torch.from_numpy, params))):

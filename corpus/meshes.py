@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from npm_blender.core.errors import FileError
-from npm_blender.core.mesh.triangle_mesh import TriMesh
-from npm_blender.core.meshio.mesh_files import read_mesh
+from npm_blender.core.mesh import TriMesh
+from npm_blender.core.meshio import read_mesh
 
 SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".drc")
 

@@ -10,7 +10,7 @@ import bpy
 if TYPE_CHECKING:
     import numpy as np
 
-    from .core.mesh.triangle_mesh import TriMesh
+    from .core.mesh import TriMesh
 
 
 SURFACES = frozenset(("MESH", "CURVE", "SURFACE", "FONT", "META"))  # types of objects that can have faces
@@ -24,7 +24,7 @@ def mesh_of(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> "TriMesh":
     evaluated because it is disabled, or does not fit into memory.
     """
     from .core.errors import MeshError
-    from .core.mesh.triangle_mesh import TriMesh
+    from .core.mesh import TriMesh
 
     evaluated = obj.evaluated_get(depsgraph)
     if obj.hide_viewport or not _enabled(obj, depsgraph.view_layer.layer_collection):  # then modifiers do not count

@@ -7,7 +7,7 @@ the paper's). L_jacobian is taken on its column along the normal: the turn of th
 
 import torch
 
-from npm_blender.core.network.frames import face_normals
+from npm_blender.core.network import face_normals
 
 UNIT = 15e-4  # unit cube; distances are divided by it, so that the terms are of order 1
 

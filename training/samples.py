@@ -6,11 +6,8 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from npm_blender.core.mesh.subdivision import hierarchy
-from npm_blender.core.mesh.triangle_mesh import TriMesh
-from npm_blender.core.network.encoder import details
-from npm_blender.core.network.input_features import geometry_features
-from npm_blender.core.network.mesh_index import MeshIndex
+from npm_blender.core.mesh import TriMesh, hierarchy
+from npm_blender.core.network import MeshIndex, details, geometry_features
 
 
 @dataclass

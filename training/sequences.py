@@ -14,11 +14,11 @@ import numpy as np
 
 from corpus import pool
 from corpus.meshes import SUFFIXES, entries
-from npm_blender.core.cleaning.cleanup import clean
+from npm_blender.core.cleaning import clean
 from npm_blender.core.errors import FileError
-from npm_blender.core.levels.lod_sequence import build_lod
-from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
-from npm_blender.core.meshio.mesh_files import read_mesh
+from npm_blender.core.levels import build_lod
+from npm_blender.core.mesh import TriMesh, UnitFrame
+from npm_blender.core.meshio import read_mesh
 from npm_blender.core.settings import LodSettings
 
 

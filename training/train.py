@@ -20,11 +20,18 @@ import torch
 import torch.distributed as parallel
 import torch.multiprocessing
 
-from npm_blender.core.network import weights as weight_file
-from npm_blender.core.network.decoder import decode
-from npm_blender.core.network.encoder import encode
-from npm_blender.core.network.parameters import NetworkConfig, flatten, folded, initial_parameters, map_tree, unflatten
-from npm_blender.core.network.torch_backend import TorchBackend
+from npm_blender.core.network import (
+    NetworkConfig,
+    TorchBackend,
+    decode,
+    encode,
+    flatten_tree,
+    folded,
+    initial_parameters,
+    map_tree,
+    save_weights,
+    unflatten_tree,
+)
 
 from . import losses
 from .samples import Sample, encoder_inputs, load
@@ -147,7 +154,7 @@ class Trainer:
         )
         self.samples: dict[Path, Sample] = {}
         self.params = map_tree(torch.from_numpy, initial_parameters(self.config.network, self.config.seed))
-        self.leaves = flatten(self.params)
+        self.leaves = flatten_tree(self.params)
         self.trained = {k: v.requires_grad_(True) for k, v in self.leaves.items() if not k.endswith((".mean", ".var"))}
         self.optimiser = torch.optim.Adam(
             list(self.trained.values()), lr=self.config.learning_rate, weight_decay=self.config.weight_decay
@@ -252,7 +259,7 @@ class Trainer:
         save(self.out / f"bases.{self.rank}.npz", known)
         if self.rank:
             return
-        result = validate(self.quiet, unflatten(self.average), self.val, self.config, base_steps=6)
+        result = validate(self.quiet, unflatten_tree(self.average), self.val, self.config, base_steps=6)
         row = {
             "step": self.step,
             "seconds": round(seconds),
@@ -274,8 +281,8 @@ class Trainer:
                     self.optimiser.state[v][n].numpy() for n in ("exp_avg", "exp_avg_sq")
                 )
         save(self.out / "checkpoint.npz", state)
-        folded_tree = folded(unflatten({k: v.numpy() for k, v in self.average.items()}))
-        weight_file.save(self.out / "weights.npz", folded_tree, self.config.network)
+        folded_tree = folded(unflatten_tree({k: v.numpy() for k, v in self.average.items()}))
+        save_weights(self.out / "weights.npz", folded_tree, self.config.network)
         log = self.out / "log.csv"
         new = not log.exists()
         with log.open("a", newline="") as f:

@@ -7,15 +7,14 @@ from functools import cached_property
 import igl
 import numpy as np
 
-from npm_blender.core.cleaning.cleanup import clean
-from npm_blender.core.codec.importance import LATENTS
-from npm_blender.core.decimation.qem import decimate
-from npm_blender.core.evaluation.metrics import Original
-from npm_blender.core.geometry.spatial_order import in_morton_order
-from npm_blender.core.levels.lod_sequence import LodSequence, build_levels
-from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
-from npm_blender.core.network.decoder import EDGES
-from npm_blender.core.network.decoder import FEATURES as FEATURES_IN_LATENT
+from npm_blender.core.cleaning import clean
+from npm_blender.core.codec import LATENTS
+from npm_blender.core.decimation import decimate
+from npm_blender.core.evaluation import Original
+from npm_blender.core.levels import LodSequence, build_levels
+from npm_blender.core.mesh import TriMesh, UnitFrame, in_morton_order
+from npm_blender.core.network import EDGES
+from npm_blender.core.network import FEATURES as FEATURES_IN_LATENT
 from npm_blender.core.settings import CompressSettings
 
 BUDGETS = (1_000, 2_000, 4_000, 8_000, 16_000, 32_000)  # bytes

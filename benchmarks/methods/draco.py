@@ -1,7 +1,7 @@
 """Draco alone: the whole mesh, every vertex of it, at few or many bits."""
 
 from npm_blender.core.errors import MeshError
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from . import drc
 from .case import Case, Coded

@@ -3,7 +3,7 @@
 import DracoPy
 import numpy as np
 
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from . import search
 from .case import Case

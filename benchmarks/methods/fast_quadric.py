@@ -3,7 +3,7 @@
 import fast_simplification
 import numpy as np
 
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from .case import Case
 

@@ -1,6 +1,6 @@
 """Loop subdivision of QSlim's base."""
 
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from . import drc, qslim, schemes, search
 from .case import Case, Coded

@@ -9,7 +9,7 @@ import meshopt as library
 import numpy as np
 import zstandard
 
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from . import search
 from .case import Case, Coded

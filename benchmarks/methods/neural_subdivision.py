@@ -6,7 +6,7 @@ The network is the publication's, trained on the LoD sequences that ours was tra
 from functools import cache
 from pathlib import Path
 
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from . import drc, qslim, schemes, search
 from .case import Case, Coded

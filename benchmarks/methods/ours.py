@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from npm_blender.core.codec.compression import compress, open_stream
-from npm_blender.core.codec.progressive_mesh import ProgressiveMesh
-from npm_blender.core.evaluation.metrics import compression_ratio
-from npm_blender.core.mesh.triangle_mesh import TriMesh
-from npm_blender.core.network.decoder import FEATURES
+from npm_blender.core.codec import ProgressiveMesh, compress, open_stream
+from npm_blender.core.evaluation import compression_ratio
+from npm_blender.core.mesh import TriMesh
+from npm_blender.core.network import FEATURES
 
 from .case import FEATURES as POINTS
 from .case import Case, Coded

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from npm_blender.core.codec.compression import Compressed, compress, open_stream
+from npm_blender.core.codec import Compressed, compress, open_stream
 from npm_blender.core.errors import SettingsError
 from npm_blender.core.settings import AUTO, LodSettings
 

@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.progressive_meshes.simplify import simplify
 from benchmarks.progressive_meshes.stream import decode, encode
 from npm_blender.core.errors import StreamError
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from .case import Case, Coded
 

@@ -1,6 +1,6 @@
 """QSlim (Garland and Heckbert 1997) as libigl has it: the mesh of so many vertices, as it is."""
 
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from .case import Case
 

@@ -11,8 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.sparse import coo_matrix, csr_matrix
 
-from npm_blender.core.mesh.subdivision import Level
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import Level, TriMesh
 
 LEVELS = 3
 MOST_FACES = 70_000  # a base too large for three levels gets fewer, but one

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from npm_blender.core.errors import MeshError
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from .case import Case, Coded
 

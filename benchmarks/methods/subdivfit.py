@@ -10,9 +10,8 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags, identity
 from scipy.sparse.linalg import splu
 
-from npm_blender.core.geometry.closest_point import ClosestPoints
-from npm_blender.core.mesh.subdivision import Level, midpoints
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.geometry import ClosestPoints
+from npm_blender.core.mesh import Level, TriMesh, midpoints
 
 from . import drc, qslim, schemes, search
 from .case import Case, Coded

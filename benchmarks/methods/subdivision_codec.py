@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks.subdivision import search, stream
 from benchmarks.subdivision.fit import Target
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from .case import Case, Coded
 

@@ -2,7 +2,7 @@
 
 from benchmarks.subdivision import search, stream
 from npm_blender.core.errors import StreamError
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from .case import Case, Coded
 from .subdivision_codec import FIRST, at_scalars, base

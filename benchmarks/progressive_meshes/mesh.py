@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from npm_blender.core.decimation.halfedge_mesh import connect
-from npm_blender.core.geometry.halfedge_steps import next_halfedge, prev_halfedge
+from npm_blender.core.decimation import connect_halfedges
+from npm_blender.core.geometry import next_halfedge, prev_halfedge
 from npm_blender.core.jit import compiled
-from npm_blender.core.mesh.topology import opposite_halfedges
+from npm_blender.core.mesh import opposite_halfedges
 
 MAX_RING = 60  # vertices with more neighbours are not split
 
@@ -36,7 +36,7 @@ class Growing(NamedTuple):
         corner[: 3 * m] = F.reshape(-1)
         opposite[: 3 * m] = opposite_halfedges(F)
         out, valence = np.full(n + splits, -1, np.int32), np.zeros(n + splits, np.int32)
-        _, _, first, count, _ = connect(corner[: 3 * m], opposite[: 3 * m], n)
+        _, _, first, count, _ = connect_halfedges(corner[: 3 * m], opposite[: 3 * m], n)
         out[:n], valence[:n] = first, count
         return Growing(X, corner, opposite, out, valence, np.array([n, m], np.int64))
 

@@ -8,7 +8,7 @@ than the one before corrects each vertex that it does not split along the normal
 
 import numpy as np
 
-from npm_blender.core.bitstream.range_coder import ENCODE, MODE, code_bit, code_raw, code_signed, code_unsigned
+from npm_blender.core.bitstream import ENCODE, MODE, code_bit, code_raw, code_signed, code_unsigned
 from npm_blender.core.jit import compiled
 
 from .mesh import MAX_RING, ring_of, split

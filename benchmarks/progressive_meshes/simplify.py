@@ -9,15 +9,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from npm_blender.core.decimation.collapse_loop import shape_holds
-from npm_blender.core.decimation.decimator import half_edges_with_quadrics
-from npm_blender.core.decimation.edge_heap import DEAD, REJECTED, heapify, put, take
-from npm_blender.core.decimation.halfedge_mesh import collapse, gather, is_border, link_condition_holds
-from npm_blender.core.decimation.quadric import best_point, edge_costs
-from npm_blender.core.geometry.halfedge_steps import next_halfedge, prev_halfedge
+from npm_blender.core.decimation import (
+    DEAD,
+    REJECTED,
+    best_point,
+    collapse_edge,
+    edge_costs,
+    gather_stencil,
+    half_edges_with_quadrics,
+    heapify_edges,
+    is_border,
+    link_condition_holds,
+    put_edge,
+    shape_holds,
+    take_edge,
+)
+from npm_blender.core.geometry import next_halfedge, prev_halfedge
 from npm_blender.core.jit import compiled
-from npm_blender.core.mesh.triangle_mesh import TriMesh
-from npm_blender.core.parameterization.stencil import ANCHORED, EDGE, INNER, MAX_RING
+from npm_blender.core.mesh import TriMesh
+from npm_blender.core.parameterization import ANCHORED, EDGE, INNER, MAX_RING
 
 SHARE = 8  # a batch collapses at most one vertex in SHARE
 DEARER = 4.0  # and no edge that costs this many times more than that share's dearest edge
@@ -49,13 +59,13 @@ def _touch(m, Q, heap, cost, place, i, size):
     while True:
         e = m.edge[h]
         c, _, _, _ = best_point(Q, m.X, i, m.corner[next_halfedge(h)])
-        size = put(heap, cost, place, e, c, size)
+        size = put_edge(heap, cost, place, e, c, size)
         p = prev_halfedge(h)
         h = m.opposite[p]
         if h == p:
             e = m.edge[p]
             c, _, _, _ = best_point(Q, m.X, i, m.corner[p])
-            return put(heap, cost, place, e, c, size)
+            return put_edge(heap, cost, place, e, c, size)
         if h == first:
             return size
 
@@ -70,7 +80,7 @@ def _batch(m, Q, heap, cost, place, size, faces, target, most, limit, cosine, qu
     while size > 0 and faces > target and done - first < most and cost[0] <= limit:
         e = heap[0]
         c = cost[0]
-        size = take(heap, cost, place, e, REJECTED, size)
+        size = take_edge(heap, cost, place, e, REJECTED, size)
         h = m.start[e]
         o = m.opposite[h]
         i, j = m.corner[h], m.corner[next_halfedge(h)]
@@ -91,7 +101,7 @@ def _batch(m, Q, heap, cost, place, size, faces, target, most, limit, cosine, qu
                 kind = ANCHORED
             if at_j:
                 h, o, i, j = o, h, j, i
-        r, t, s1, s2 = gather(m, h, kind, ring, face)
+        r, t, s1, s2 = gather_stencil(m, h, kind, ring, face)
         if t == 0 or (kind == INNER and r < 3) or not link_condition_holds(ring, r, s1, s2):
             continue
         _, x, y, z = best_point(Q, m.X, i, j)
@@ -103,11 +113,11 @@ def _batch(m, Q, heap, cost, place, size, faces, target, most, limit, cosine, qu
             at[done, 0, k], at[done, 1, k] = m.X[i, k], m.X[j, k]
         batch[done], error[done] = b, c
         done += 1
-        faces -= collapse(m, h, kind, x, y, z, face, t, s1, s2, dead)
+        faces -= collapse_edge(m, h, kind, x, y, z, face, t, s1, s2, dead)
         for q in range(10):
             Q[i, q] += Q[j, q]
         for q in range(3):
-            size = take(heap, cost, place, dead[q], DEAD, size)
+            size = take_edge(heap, cost, place, dead[q], DEAD, size)
         size = _touch(m, Q, heap, cost, place, i, size)
         blocked[i] = b
         for q in range(r):
@@ -115,7 +125,7 @@ def _batch(m, Q, heap, cost, place, size, faces, target, most, limit, cosine, qu
     for q in range(waiting):
         e = aside[q]
         if place[e] == REJECTED:
-            size = put(heap, cost, place, e, aside_cost[q], size)
+            size = put_edge(heap, cost, place, e, aside_cost[q], size)
     counts[0] = done
     return size, faces
 
@@ -128,7 +138,7 @@ def simplify(mesh: TriMesh, target: int) -> Collapses:
     place = np.full(len(m.start), REJECTED, np.int32)
     heap, aside = np.arange(len(m.start), dtype=np.int32), np.zeros(len(m.start), np.int32)
     aside_cost = np.zeros(len(aside))
-    heapify(heap, cost, place, len(heap))
+    heapify_edges(heap, cost, place, len(heap))
     size = len(heap)
     blocked, counts = np.full(n, -1, np.int64), np.zeros(1, np.int64)
     ends, cuts, batch = np.zeros((n, 2), np.int32), np.zeros((n, 2), np.int32), np.zeros(n, np.int32)
@@ -149,7 +159,7 @@ def simplify(mesh: TriMesh, target: int) -> Collapses:
             again = np.flatnonzero(place == REJECTED).astype(np.int32)
             size = len(again)
             heap[:size], cost[:size] = again, edge_costs(Q, m.X, m.corner, m.start[again])
-            heapify(heap, cost, place, size)
+            heapify_edges(heap, cost, place, size)
         elif stage and counts[0] - before > most // 2:
             stage = 0
     c = int(counts[0])

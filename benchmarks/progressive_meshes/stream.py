@@ -4,12 +4,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from npm_blender.core.bitstream.base_positions import decode_positions, encode_positions
-from npm_blender.core.bitstream.connectivity import canonical_order, decode_connectivity, encode_connectivity
-from npm_blender.core.bitstream.range_coder import decoder, encoder, new_contexts, new_weights
-from npm_blender.core.bitstream.varint import read_varint, write_varint
+from npm_blender.core.bitstream import (
+    canonical_order,
+    decode_connectivity,
+    decode_positions,
+    encode_connectivity,
+    encode_positions,
+    new_contexts,
+    new_weights,
+    range_decoder,
+    range_encoder,
+    read_varint,
+    write_varint,
+)
 from npm_blender.core.errors import StreamError
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from .mesh import Growing
 from .records import CONTEXTS, FINEST, MIXERS, code_batches
@@ -47,7 +56,7 @@ def encode(collapses: Collapses, fineness: float = FINENESS) -> Encoded:
     name[old] = np.arange(len(old))
     known = np.zeros_like(m.X)
     known[: len(old)] = collapses.X[old]
-    coder = encoder(new_contexts(CONTEXTS), new_weights(MIXERS), 4096 + 64 * splits + 8 * len(exponents) * len(m.X) // 8)
+    coder = range_encoder(new_contexts(CONTEXTS), new_weights(MIXERS), 4096 + 64 * splits + 8 * len(exponents) * len(m.X) // 8)
     trace = np.zeros(len(exponents) * len(m.X) + 1, np.int64)
     code_batches(coder, m, exponents, len(m.X), plan, collapses.ends.astype(np.int64), collapses.cuts.astype(np.int64),
                  collapses.at, name, known, TANGENT, APART, len(trace), trace)
@@ -112,7 +121,7 @@ def decode(data: bytes) -> TriMesh:
 def _run(payload, V, F, batches, splits, limit, trace):
     m = Growing.of(V, F, splits)
     nothing = np.zeros((1, 2), np.int64)
-    visits = code_batches(decoder(new_contexts(CONTEXTS), new_weights(MIXERS), payload), m, np.zeros(batches, np.int64),
+    visits = code_batches(range_decoder(new_contexts(CONTEXTS), new_weights(MIXERS), payload), m, np.zeros(batches, np.int64),
                           len(m.X), nothing, nothing, nothing, np.zeros((1, 2, 3)), np.zeros(1, np.int64),
                           np.zeros((1, 3)), TANGENT, APART, limit, trace)
     return m, visits

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.sparse import csr_matrix, diags, identity
 from scipy.sparse.linalg import cg
 
-from npm_blender.core.geometry.closest_point import ClosestPoints
+from npm_blender.core.geometry import ClosestPoints
 from npm_blender.core.jit import compiled
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from .shape import Scheme
 from .stencils import edge_points

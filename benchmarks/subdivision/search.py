@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from npm_blender.core.bitstream.connectivity import canonical_order
-from npm_blender.core.decimation.qem import decimate
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.bitstream import canonical_order
+from npm_blender.core.decimation import decimate
+from npm_blender.core.mesh import TriMesh
 
 from .fit import Fit, Rate, Target
 from .shape import Scheme

@@ -6,9 +6,8 @@ from functools import cached_property
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from npm_blender.core.geometry.normals import vertex_normals
-from npm_blender.core.mesh.subdivision import Level, hierarchy
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.geometry import vertex_normals
+from npm_blender.core.mesh import Level, TriMesh, hierarchy
 
 from .stencils import refinement
 

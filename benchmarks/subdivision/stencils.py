@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from npm_blender.core.mesh.subdivision import Level
+from npm_blender.core.mesh import Level
 
 
 def refinement(level: Level, smooth: float) -> csr_matrix:

@@ -4,11 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from npm_blender.core.bitstream.base_positions import decode_positions, encode_positions
-from npm_blender.core.bitstream.connectivity import decode_connectivity, encode_connectivity
-from npm_blender.core.bitstream.varint import read_varint, write_varint
+from npm_blender.core.bitstream import (
+    decode_connectivity,
+    decode_positions,
+    encode_connectivity,
+    encode_positions,
+    read_varint,
+    write_varint,
+)
 from npm_blender.core.errors import StreamError
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh
 
 from . import symbols
 from .shape import Scheme

@@ -8,19 +8,19 @@ the apexes.
 
 import numpy as np
 
-from npm_blender.core.bitstream.range_coder import (
+from npm_blender.core.bitstream import (
     DECODE,
     MODE,
     code_bit,
     code_signed,
     code_unsigned,
-    decoder,
-    encoder,
     new_contexts,
     new_weights,
+    range_decoder,
+    range_encoder,
 )
 from npm_blender.core.jit import compiled
-from npm_blender.core.mesh.subdivision import Level
+from npm_blender.core.mesh import Level
 
 _LIMIT = 14
 _STRIDE = _LIMIT + 1
@@ -150,7 +150,7 @@ def _models() -> tuple[np.ndarray, np.ndarray]:
 def encode(table: np.ndarray, near: np.ndarray, first: np.ndarray) -> bytes:
     """Bytes of table (stages, n) int64: integers of every stage; near from `neighbours`, first from `Scheme`."""
     table = np.array(table, np.int64)
-    coder = encoder(*_models(), 64 + table.size * 9)
+    coder = range_encoder(*_models(), 64 + table.size * 9)
     _code_stages(coder, table, near, first)
     _, low, width, at, _ = map(int, coder.rc)
     end = (int.from_bytes(coder.buf[:at].tobytes(), "big") << 32) + low + width // 2
@@ -165,7 +165,7 @@ def decode(data: bytes, stages: int, near: np.ndarray, first: np.ndarray) -> tup
     tables = []
     for fill in (b"\0", b"\xff"):
         table = np.zeros((stages, int(first[-1])), np.int64)
-        coder = decoder(*_models(), data + fill * (64 + 4 * table.size))
+        coder = range_decoder(*_models(), data + fill * (64 + 4 * table.size))
         _code_stages(coder, table, near, first)
         tables.append(table.reshape(-1))
     differ = np.flatnonzero(tables[0] != tables[1])

@@ -13,12 +13,11 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-from npm_blender.core.codec.progressive_mesh import open_stream  # noqa: E402
-from npm_blender.core.codec.stored_stream import receive  # noqa: E402
+from npm_blender.core.codec import open_stream, receive  # noqa: E402 - found in ROOT
 from npm_blender.core.errors import NpmError  # noqa: E402 - found in ROOT
-from npm_blender.core.evaluation.prefix_errors import measure  # noqa: E402
+from npm_blender.core.evaluation import measure_prefixes  # noqa: E402
 from npm_blender.core.files import write_file  # noqa: E402
-from npm_blender.core.mesh.triangle_mesh import TriMesh  # noqa: E402
+from npm_blender.core.mesh import TriMesh  # noqa: E402
 
 FOLDER = ROOT / "out" / "shots"
 
@@ -53,12 +52,12 @@ def main() -> None:
     mesh = sculpt()
     path = FOLDER / "sculpt.npmesh"
     if not is_current(path):
-        from npm_blender.core.codec.compression import compress
+        from npm_blender.core.codec import compress
 
         write_file(path, compress(mesh).data)
     received = receive(path.read_bytes())
     write_file(path.with_suffix(".arrays"), received.arrays)
-    write_file(path.with_suffix(".measured"), measure(received.open(), mesh).to_text().encode())
+    write_file(path.with_suffix(".measured"), measure_prefixes(received.open(), mesh).to_text().encode())
     print(f"{path.relative_to(ROOT)}: {len(mesh.F):,} faces in {path.stat().st_size:,} bytes")
 
 

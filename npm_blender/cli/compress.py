@@ -6,10 +6,9 @@ import time
 from pathlib import Path
 
 from ..core.errors import SettingsError
-from ..core.files import write_file
+from ..core.files import SUFFIX, write_file
 from ..core.settings import AUTO, CLEAN_MODES, CompressSettings, LodSettings
 from ..jobs.machine import compute_settings
-from ..suffixes import SUFFIX
 from .console import ProgressLine, print_json
 from .files import check_input, check_output
 
@@ -114,13 +113,13 @@ def compress_file(source: Path, target: Path, settings: CompressSettings, progre
     `seconds` has read, clean, decimate, levels, encode, order, write, and whatever further stages the codec reports.
     Raises the NpmError family and OSError; then `target` is as it was.
     """
-    from ..core.meshio.mesh_files import read_mesh
+    from ..core.meshio import read_mesh
 
     progress(0.0, f"Reading {source.name}")
     start = time.perf_counter()
     mesh = read_mesh(source)
     seconds = {"read": time.perf_counter() - start}
-    from ..core.codec.compression import compress  # after reading: a file that cannot be read is reported at once
+    from ..core.codec import compress  # after reading: a file that cannot be read is reported at once
 
     done = compress(mesh, settings, progress, compute_settings())
     start = time.perf_counter()

@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Decode, write the mesh, and print what was used."""
-    from ..core.meshio.mesh_files import write_mesh
+    from ..core.meshio import write_mesh
 
     check_input(args.input)
     check_output(args.output, args.input, MESH_SUFFIXES)

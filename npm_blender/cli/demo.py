@@ -7,8 +7,8 @@ import argparse
 import zlib
 from pathlib import Path
 
+from ..core.files import SUFFIX
 from ..core.settings import CompressSettings
-from ..suffixes import SUFFIX
 from . import compress, evaluate
 from .console import ProgressLine
 from .files import check_input, check_output, open_stream_file
@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Run all steps, printing each result as it is there."""
-    from ..core.meshio.mesh_files import read_mesh, write_mesh
+    from ..core.meshio import read_mesh, write_mesh
     from ..demo.blender import require_blender
 
     settings = CompressSettings(refine_steps=args.refine_steps)
@@ -86,7 +86,7 @@ def _sculpt(folder: Path, progress: ProgressLine) -> Path:
     """The file of the default mesh: made once, and again when the code that makes it or Blender changes."""
     import bpy
 
-    from ..core.meshio.mesh_files import write_mesh
+    from ..core.meshio import write_mesh
     from ..demo import sculpt
 
     recipe = Path(sculpt.__file__).read_bytes() + bpy.app.version_string.encode()

@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Measure and print one row per number of features."""
-    from ..core.meshio.mesh_files import read_mesh
+    from ..core.meshio import read_mesh
 
     check_input(args.original)
     with ProgressLine() as progress:
@@ -54,7 +54,7 @@ def measure(progressive, original, stops: list[tuple[int, int]], progress, sampl
 
     original: TriMesh; samples: points per direction. Raises MeshError if the original has no area.
     """
-    from ..core.evaluation.metrics import Original, compression_ratio
+    from ..core.evaluation import Original, compression_ratio
 
     progress(0.0, "Preparing the original")
     reference = Original(original, samples)

@@ -41,6 +41,6 @@ def check_output(path: Path, source: Path, suffixes: tuple[str, ...]) -> Path:
 def open_stream_file(path: Path):
     """The `ProgressiveMesh` in an .npmesh file. Raises FileError, StreamError or WeightsError."""
     data = read_file(path)
-    from ..core.codec.progressive_mesh import open_stream  # after the cheap check: this import loads much
+    from ..core.codec import open_stream  # after the cheap check: this import loads much
 
     return open_stream(data)

@@ -4,6 +4,8 @@ from pathlib import Path
 
 from .errors import FileError
 
+SUFFIX = ".npmesh"  # of compressed files
+
 
 def read_file(path: str | os.PathLike) -> bytes:
     """The bytes of the file at `path`. Raises FileError if it is missing, a folder, empty or not readable."""

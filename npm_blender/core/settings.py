@@ -7,6 +7,7 @@ AUTO = 0  # as base faces: chosen from the shape or the budget; as levels: from 
 LEAST_BUDGET = 300  # bytes; a base mesh of some dozen faces fits
 CLEAN_MODES = ("auto", "off", "tetwild")
 DEVICES = ("cpu", "gpu")
+CACHE_VARIABLE = "NPMESH_CACHE"  # in the environment: the folder for what is kept between runs
 
 
 def _in_range(name: str, value: int, low: int, high: int) -> None:

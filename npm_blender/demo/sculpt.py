@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix, Vector, noise
 
-from ..core.mesh.triangle_mesh import TriMesh
+from ..core.mesh import TriMesh
 
 VOXEL = 0.021  # Blender units, on a bust 3.6 units high: about 150k triangles
 EYE, EYE_RADIUS = np.array([0.352, -0.575, 0.247]), 0.225

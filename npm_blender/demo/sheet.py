@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
-from ..core.mesh.triangle_mesh import TriMesh
+from ..core.mesh import TriMesh
 from .quiet import quiet_stdout
 
 CELL_WIDTH, CELL_HEIGHT, MARGIN = 1.0, 1.48, 0.07  # scene units; a cell is a picture over a caption

@@ -11,8 +11,8 @@ from .job import Job
 from .machine import WorkerSettings
 
 if TYPE_CHECKING:
-    from ..core.codec.stored_stream import StoredStream
-    from ..core.mesh.triangle_mesh import TriMesh
+    from ..core.codec import StoredStream
+    from ..core.mesh import TriMesh
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import math
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from ..core.codec import rate_control
+from ..core.codec import base_faces_for, level_count_for
 from ..core.errors import FileError
 from ..core.settings import AUTO, CompressSettings
 
@@ -33,8 +33,8 @@ def finest_faces(settings: CompressSettings) -> int:
     """Faces of the finest level; those of an automatic base are guessed."""
     base = settings.lod.base_faces
     if base == AUTO:
-        base = rate_control.base_faces(settings.budget) if settings.budget else AUTO_FACES
-    return base * 4 ** (settings.lod.levels or rate_control.levels(base))
+        base = base_faces_for(settings.budget) if settings.budget else AUTO_FACES
+    return base * 4 ** (settings.lod.levels or level_count_for(base))
 
 
 def learned(rates: Rates, report: dict, settings: CompressSettings, start: float | None) -> Rates:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..core.errors import SettingsError
-from ..core.settings import ComputeSettings
+from ..core.settings import CACHE_VARIABLE, ComputeSettings
 from ..runtime.caches import COMPILED
 
 DEVICE, THREADS = "NPMESH_DEVICE", "NPMESH_THREADS"
@@ -31,10 +31,8 @@ class WorkerSettings:
         if self.compute.device == "gpu":
             out["PYTORCH_ENABLE_MPS_FALLBACK"] = "1"  # what Apple's GPUs cannot do yet is done by the processor
         if self.cache:
-            from ..core.cleaning.result_cache import FOLDER_VARIABLE  # here: it loads NumPy
-
             out["NUMBA_CACHE_DIR"] = str(Path(self.cache, COMPILED))
-            out[FOLDER_VARIABLE] = self.cache
+            out[CACHE_VARIABLE] = self.cache
         return out
 
     def packages(self, own: list[str]) -> list[str]:

@@ -18,8 +18,8 @@ from ..core import errors
 from ..core.settings import CompressSettings, LodSettings
 
 if TYPE_CHECKING:
-    from ..core.codec.stored_stream import StoredStream
-    from ..core.mesh.triangle_mesh import TriMesh
+    from ..core.codec import StoredStream
+    from ..core.mesh import TriMesh
 
 PATHS, CHECK = "paths.json", "check"
 
@@ -36,7 +36,7 @@ def take_mesh(folder: Path, k: int) -> "tuple[TriMesh, CompressSettings]":
     """What `write_mesh` put there; the mesh is not needed in `folder` afterwards."""
     import numpy as np
 
-    from ..core.mesh.triangle_mesh import TriMesh
+    from ..core.mesh import TriMesh
 
     with np.load(folder / f"mesh{k}.npz", allow_pickle=False) as arrays:
         mesh = TriMesh.from_arrays(arrays["V"], arrays["F"])
@@ -76,7 +76,7 @@ def write_received(folder: Path, k: int, received: "StoredStream") -> None:
 
 def read_received(folder: Path, k: int) -> "StoredStream":
     """What `write_received` put there."""
-    from ..core.codec.stored_stream import StoredStream
+    from ..core.codec import StoredStream
 
     return StoredStream((folder / f"{k}.npmesh").read_bytes(), (folder / f"{k}.npz").read_bytes(),
                     (folder / f"{k}.measured").read_text(encoding="utf-8"))

@@ -8,7 +8,7 @@ from .job import Job
 from .machine import WorkerSettings
 
 if TYPE_CHECKING:
-    from ..core.codec.stored_stream import StoredStream
+    from ..core.codec import StoredStream
 
 
 class ReadJob(Job):

@@ -52,20 +52,18 @@ def _answer(work: Callable[[], object]) -> int:
 
 
 def _compress(folder: Path, k: int) -> dict:
-    from ..core.codec.compression import compress
-    from ..core.codec.stored_stream import receive
-    from ..core.decimation import collapse_loop
-    from ..core.evaluation.prefix_errors import measure
-    from ..core.jit import is_cold
+    from ..core.codec import compress, receive
+    from ..core.decimation import needs_compiling
+    from ..core.evaluation import measure_prefixes
 
     try:
         mesh, settings = protocol.take_mesh(folder, k)
         settings, notes = _possible(settings)
-        compiled = is_cold(collapse_loop.run)
+        compiled = needs_compiling()
         reporter = _Reporter()
         compressed = compress(mesh, settings, part(reporter, 0.0, 1 - MEASURING), compute_settings())
         received = receive(compressed.data)
-        measured = measure(received.open(), mesh, part(reporter, 1 - MEASURING, 1.0))
+        measured = measure_prefixes(received.open(), mesh, part(reporter, 1 - MEASURING, 1.0))
     except MemoryError:
         raise MeshError("Expected a mesh that fits into memory, found too little free; "
                         "close other programs, or decimate the mesh first") from None
@@ -83,7 +81,7 @@ def _possible(settings: CompressSettings) -> tuple[CompressSettings, list[str]]:
 
 def _read(folder: Path, paths: list[Path]) -> list[dict]:
     """Read every file, whatever the others are like; one entry each."""
-    from ..core.codec.stored_stream import receive
+    from ..core.codec import receive
     from ..core.files import read_file
 
     outcomes: list[dict] = []

@@ -17,7 +17,7 @@ from .job_operator import JobOperator, Steps, one_line
 from .target import fingerprint
 
 if TYPE_CHECKING:
-    from ..core.mesh.triangle_mesh import TriMesh
+    from ..core.mesh import TriMesh
 
 _FED = object()  # what `feed` finds where every mesh was given to the job
 

@@ -7,9 +7,8 @@ from bpy_extras.io_utils import ExportHelper
 
 from .. import bridge, jobs, preview
 from ..core.errors import FileError, NpmError
-from ..core.files import write_file
+from ..core.files import SUFFIX, write_file
 from ..properties import SETTING_NAMES, CompressionProperties, PresetArgument, draw_settings
-from ..suffixes import SUFFIX
 from .batch import BatchOperator
 from .compress import store
 from .job_operator import one_line

@@ -7,9 +7,9 @@ from bpy_extras.io_utils import ImportHelper, poll_file_object_drop
 
 from .. import jobs, preview
 from ..core.errors import NpmError
+from ..core.files import SUFFIX
 from ..preferences import worker_settings
 from ..preview.opening import receive
-from ..suffixes import SUFFIX
 from .job_operator import JobOperator, one_line
 
 

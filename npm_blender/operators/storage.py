@@ -6,8 +6,7 @@ from bpy_extras.io_utils import ExportHelper
 
 from .. import preview
 from ..core.errors import FileError, NpmError
-from ..core.files import read_file, write_file
-from ..suffixes import SUFFIX
+from ..core.files import SUFFIX, read_file, write_file
 from .job_operator import one_line
 from .preview_operator import PreviewOperator
 

@@ -10,7 +10,7 @@ from ..core.settings import CompressSettings
 from ..properties import SETTING_NAMES, set_preset, settings_of
 
 if TYPE_CHECKING:
-    from ..core.mesh.triangle_mesh import TriMesh
+    from ..core.mesh import TriMesh
 
 
 def candidates(context: bpy.types.Context) -> list[bpy.types.Object]:

@@ -10,8 +10,7 @@ from .storage import digest_of
 from .threads import in_thread
 
 if TYPE_CHECKING:
-    from ..core.codec.progressive_mesh import ProgressiveMesh
-    from ..core.codec.stored_stream import StoredStream
+    from ..core.codec import ProgressiveMesh, StoredStream
 
 KEPT = 8
 
@@ -54,10 +53,10 @@ def warm_up() -> Generator[None, None, None]:
     Problems show when a stream is opened.
     """
     def load() -> None:
-        from ..core.codec import stored_stream  # noqa: F401
-        from ..core.network import weights  # noqa: F401
+        from ..core.codec import StoredStream  # noqa: F401
+        from ..core.network import load_weights
 
-        weights.load()
+        load_weights()
 
     try:
         with named_dependencies():

@@ -6,7 +6,7 @@ import bpy
 from . import decoder_cache, deviation, levels, placement, smooth, storage
 
 if TYPE_CHECKING:
-    from ..core.codec.stored_stream import StoredStream
+    from ..core.codec import StoredStream
 
 
 def find(source: bpy.types.Object, view_layer: bpy.types.ViewLayer) -> bpy.types.Object | None:

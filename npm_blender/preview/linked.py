@@ -17,7 +17,7 @@ from . import decoder_cache, storage
 from .opening import open_received, receive
 
 if TYPE_CHECKING:
-    from ..core.codec.stored_stream import StoredStream
+    from ..core.codec import StoredStream
 
 POLL_SECONDS = 0.1
 
@@ -45,7 +45,7 @@ def link(obj: bpy.types.Object, path: str | os.PathLike) -> None:
 
 def read(obj: bpy.types.Object) -> "StoredStream":
     """The stream of a linked preview. Raises FileError or StreamError if it is missing, damaged or another one."""
-    from ..core.codec.stored_stream import StoredStream
+    from ..core.codec import StoredStream
 
     path, digest = path_of(obj), obj.npmesh.digest
     _checked(read_file(path), obj, path)

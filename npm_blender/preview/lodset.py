@@ -10,7 +10,7 @@ from . import placement, smooth
 from .streams import progressive_of
 
 if TYPE_CHECKING:
-    from ..core.codec.progressive_mesh import ProgressiveMesh
+    from ..core.codec import ProgressiveMesh
 
 GAP = 0.1  # between levels that stand side by side, of their width
 NAME, LEVEL = "{name}", "{level}"

@@ -12,14 +12,14 @@ from .threads import in_thread
 if TYPE_CHECKING:
     import numpy as np
 
-    from ..core.mesh.triangle_mesh import TriMesh
+    from ..core.mesh import TriMesh
 
 PATCH_FACES = 12_000  # some 10 ms each
 POINTS_AT_ONCE = 400
 
 
 class Nearest:
-    """The surface of a mesh. `build` it, then ask for `distances`; both are generators that yield between steps."""
+    """The surface of a mesh. `build_bvh` it, then ask for `distances`; both are generators that yield between steps."""
 
     def __init__(self, mesh: "TriMesh") -> None:
         """mesh: any TriMesh; the frame of the points that will be asked."""
@@ -44,7 +44,7 @@ class Nearest:
         import numpy as np
         from mathutils.bvhtree import BVHTree
 
-        from ..core.geometry.spatial_order import in_morton_order
+        from ..core.mesh import in_morton_order
 
         mesh = yield from in_thread(lambda: in_morton_order(self._mesh))
         for start in range(0, len(mesh.F), PATCH_FACES):

@@ -7,8 +7,7 @@ from ..runtime.caches import COMPILED
 from ..runtime.dependencies import compiled_code_in, named_dependencies
 
 if TYPE_CHECKING:
-    from ..core.codec.progressive_mesh import ProgressiveMesh
-    from ..core.codec.stored_stream import StoredStream
+    from ..core.codec import ProgressiveMesh, StoredStream
 
 
 def receive(data: bytes) -> "StoredStream":
@@ -19,7 +18,7 @@ def receive(data: bytes) -> "StoredStream":
     """
     folder = cache_folder()
     with named_dependencies(), compiled_code_in(folder and os.path.join(folder, COMPILED)):
-        from ..core.codec.stored_stream import receive
+        from ..core.codec import receive
 
         return receive(data)
 

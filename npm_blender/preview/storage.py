@@ -12,8 +12,8 @@ import bpy
 from .opening import receive
 
 if TYPE_CHECKING:
-    from ..core.codec.stored_stream import StoredStream
-    from ..core.evaluation.prefix_errors import PrefixErrors
+    from ..core.codec import StoredStream
+    from ..core.evaluation import PrefixErrors
 
 STREAM = "npmesh_stream"  # the packed bytes
 ARRAYS = "npmesh_arrays"  # what was read from them, so that they open without compiled code
@@ -65,7 +65,7 @@ def foreign(obj: bpy.types.Object) -> str:
 
 def packed(obj: bpy.types.Object) -> "StoredStream | None":
     """The stream that is packed on an object, if there is one. Raises StreamError or DependencyError if it is damaged."""
-    from ..core.codec.stored_stream import StoredStream
+    from ..core.codec import StoredStream
 
     if not has_stream(obj):
         return None
@@ -82,6 +82,6 @@ def measured_text(obj: bpy.types.Object) -> str:
 @lru_cache(maxsize=16)
 def quality(text: str) -> "PrefixErrors | None":
     """The errors that `measured_text` tells of, None if they are not known. Raises StreamError if it is damaged."""
-    from ..core.evaluation.prefix_errors import from_text
+    from ..core.evaluation import prefix_errors_from_text
 
-    return from_text(text) if text else None
+    return prefix_errors_from_text(text) if text else None

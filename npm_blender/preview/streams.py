@@ -8,8 +8,7 @@ from . import decoder_cache, linked, storage
 from .opening import open_received
 
 if TYPE_CHECKING:
-    from ..core.codec.progressive_mesh import ProgressiveMesh
-    from ..core.codec.stored_stream import StoredStream
+    from ..core.codec import ProgressiveMesh, StoredStream
 
 
 def progressive_of(obj: bpy.types.Object) -> "ProgressiveMesh":

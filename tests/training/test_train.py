@@ -51,7 +51,7 @@ def test_run_resumes_and_logs(run):
 
 
 def test_weights_of_a_run_load(run):
-    found = weights.load("weights", run / "run")
+    found = weights.load_weights("weights", run / "run")
     assert found.config.decoder and len(found.digest) == 8
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from npm_blender.core.mesh.subdivision import Level
+from npm_blender.core.mesh import Level
 
 # Squared lengths are bounded below, so that gradients stay finite: of edges, unit frame; of the cross product of two
 # edges and of the sum of two unit normals, which are numbers.

@@ -18,8 +18,7 @@ from torch import nn
 from torch.nn import functional
 
 from npm_blender.core.errors import FileError, WeightsError
-from npm_blender.core.mesh.subdivision import hierarchy
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.mesh import TriMesh, hierarchy
 
 from .flaps import Flaps, Frames, differential, edge_mean, local, ring_mean, turned
 

@@ -19,8 +19,8 @@ import numpy as np
 import torch
 
 from npm_blender.core.errors import FileError
-from npm_blender.core.mesh.subdivision import hierarchy
-from npm_blender.core.network.torch_backend import TorchBackend
+from npm_blender.core.mesh import hierarchy
+from npm_blender.core.network import TorchBackend
 
 from ..samples import load
 from ..train import save

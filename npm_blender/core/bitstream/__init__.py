@@ -1,0 +1,59 @@
+"""The .npmesh file: bytes and integers, no floats."""
+from typing import TYPE_CHECKING
+
+from ..lazy import lazy_exports
+
+if TYPE_CHECKING:
+    from .base_positions import decode_positions, encode_positions, quantize_positions
+    from .connectivity import canonical_order, decode_connectivity, encode_connectivity
+    from .container import read_stream, write_stream
+    from .header import Header, ParsedStream
+    from .range_coder import (
+        DECODE,
+        ENCODE,
+        MODE,
+        code_bit,
+        code_raw,
+        code_signed,
+        code_unsigned,
+        new_contexts,
+        new_weights,
+        range_decoder,
+        range_encoder,
+    )
+    from .varint import read_varint, write_varint
+
+__all__ = [
+    "DECODE",
+    "ENCODE",
+    "Header",
+    "MODE",
+    "ParsedStream",
+    "canonical_order",
+    "code_bit",
+    "code_raw",
+    "code_signed",
+    "code_unsigned",
+    "decode_connectivity",
+    "decode_positions",
+    "encode_connectivity",
+    "encode_positions",
+    "new_contexts",
+    "new_weights",
+    "quantize_positions",
+    "range_decoder",
+    "range_encoder",
+    "read_stream",
+    "read_varint",
+    "write_stream",
+    "write_varint",
+]
+__getattr__, __dir__ = lazy_exports(__name__, {
+    "base_positions": ("decode_positions", "encode_positions", "quantize_positions",),
+    "connectivity": ("canonical_order", "decode_connectivity", "encode_connectivity",),
+    "container": ("read_stream", "write_stream",),
+    "header": ("Header", "ParsedStream",),
+    "range_coder": ("DECODE", "ENCODE", "MODE", "code_bit", "code_raw", "code_signed", "code_unsigned", "new_contexts",
+                    "new_weights", "range_decoder", "range_encoder",),
+    "varint": ("read_varint", "write_varint",),
+})

@@ -12,9 +12,9 @@ import numpy as np
 
 from ..errors import MeshError, StreamError
 from ..jit import njit
-from ..mesh.topology import opposite_halfedges
+from ..mesh import opposite_halfedges
 from .header import MAX_BITS
-from .range_coder import code_bit, code_raw, decoder, encoder, finish, new_contexts, new_weights
+from .range_coder import code_bit, code_raw, finish_encoding, new_contexts, new_weights, range_decoder, range_encoder
 
 _REACH = 4                  # coordinates stay within +-4 of the unit frame
 _LIMIT = 1 << MAX_BITS + 2   # so lattice positions stay below this
@@ -138,9 +138,9 @@ def encode_positions(ints: np.ndarray, F: np.ndarray) -> bytes:
     at = np.array(ints, dtype=np.int64)
     if (np.abs(at) >= _LIMIT).any():
         raise MeshError(f"Expected lattice positions below {_LIMIT}, found {np.abs(at).max()}; use fewer position bits")
-    coder = encoder(new_contexts(_CONTEXTS), new_weights(_MIXERS), 64 + 3 * 3 * _BITS * len(at))
+    coder = range_encoder(new_contexts(_CONTEXTS), new_weights(_MIXERS), 64 + 3 * 3 * _BITS * len(at))
     _code_positions(coder, at, _neighbours(F, len(at)))
-    return finish(coder)
+    return finish_encoding(coder)
 
 
 def decode_positions(data: bytes, F: np.ndarray) -> np.ndarray:
@@ -150,7 +150,7 @@ def decode_positions(data: bytes, F: np.ndarray) -> np.ndarray:
     """
     n = int(F.max()) + 1
     at = np.zeros((n, 3), np.int64)
-    _code_positions(decoder(new_contexts(_CONTEXTS), new_weights(_MIXERS), data), at, _neighbours(F, n))
+    _code_positions(range_decoder(new_contexts(_CONTEXTS), new_weights(_MIXERS), data), at, _neighbours(F, n))
     if (np.abs(at) >= _LIMIT).any():
         raise StreamError("Expected base positions near the unit frame, found others; the file is corrupted")
     return at

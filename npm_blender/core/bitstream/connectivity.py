@@ -13,24 +13,23 @@ import numpy as np
 
 from ..errors import MeshError, StreamError
 from ..jit import njit
-from ..mesh.components import component_labels
-from ..mesh.topology import opposite_halfedges, vertex_fans
+from ..mesh import component_labels, opposite_halfedges, vertex_fans
 from .range_coder import (
     ENCODE,
     MODE,
     code_bit,
     code_uniform,
     code_unsigned,
-    decoder,
-    encoder,
-    finish,
+    finish_encoding,
     new_contexts,
     new_weights,
+    range_decoder,
+    range_encoder,
 )
 from .varint import read_varint, write_varint
 
 if TYPE_CHECKING:
-    from ..mesh.renumbering import Renumbering
+    from ..mesh import Renumbering
 
 MAX_FACES = 1 << 18         # of a base mesh
 _DEGREE_STEPS = 12          # degrees 3..14 by context, above by Exp-Golomb
@@ -339,11 +338,11 @@ def _encode(F: np.ndarray, n: int, start: int) -> tuple[bytes, np.ndarray, np.nd
         raise MeshError(f"Expected a base mesh of 1 to {MAX_FACES} faces, found {len(F)}; choose fewer base faces")
     closed, borders = _close(F, n)
     out, vertex_of, halfedge_of = np.zeros_like(F), np.zeros(n, np.int64), np.zeros(len(F), np.int64)
-    coder = encoder(*_models(), capacity=64 + 40 * len(closed.done))
+    coder = range_encoder(*_models(), capacity=64 + 40 * len(closed.done))
     found = _grow(coder, len(F), borders, closed, start, out, vertex_of, halfedge_of)
     if found != n:  # every manifold is covered: a bug, not an input
         raise RuntimeError(f"region growing covered {found} of {n} vertices")
-    return write_varint(len(F)) + write_varint(borders) + finish(coder), out, vertex_of, halfedge_of
+    return write_varint(len(F)) + write_varint(borders) + finish_encoding(coder), out, vertex_of, halfedge_of
 
 
 def canonical_order(F0: np.ndarray, n0: int) -> "Renumbering":
@@ -352,7 +351,7 @@ def canonical_order(F0: np.ndarray, n0: int) -> "Renumbering":
     Encoding and decoding the result's F gives exactly that F back: faces, corner rotation and numbering. Idempotent.
     Raises MeshError if F0 is not an oriented manifold, has isolated vertices, or more than MAX_FACES faces.
     """
-    from ..mesh.renumbering import Renumbering
+    from ..mesh import Renumbering
 
     _, out, vertex_of, halfedge_of = _encode(F0, n0, 0)
     return Renumbering(vertex_of.astype(np.int32), (halfedge_of // 3).astype(np.int32), out.astype(np.int32))
@@ -380,7 +379,7 @@ def decode_connectivity(data: bytes) -> np.ndarray:
     nothing = np.zeros(0, np.int64)
     closed = _Closed(nothing, nothing, nothing, nothing, nothing, nothing, nothing)
     out = np.zeros((faces, 3), np.int64)
-    found = _grow(decoder(*_models(), data[at:]), faces, borders, closed, 0, out, nothing, nothing)
+    found = _grow(range_decoder(*_models(), data[at:]), faces, borders, closed, 0, out, nothing, nothing)
     try:
         if found < 3:
             raise MeshError("faces do not close up")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import StreamError
-from ..mesh.triangle_mesh import UnitFrame
+from ..mesh import UnitFrame
 
 MIN_BITS, MAX_BITS = 4, 20      # of a coordinate of the base mesh
 MAX_LEVELS, MAX_CHANNELS, MAX_NAME, MAX_PASSES = 8, 32, 32, 4

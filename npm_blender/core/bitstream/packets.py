@@ -18,7 +18,7 @@ import numpy as np
 from ..errors import StreamError
 from ..jit import njit
 from .feature_values import CONTEXTS, COUNT, LEVELS, LIMIT, MIXERS, STRIDE, code_latent, code_offsets
-from .range_coder import code_signed, decoder, encoder, finish, new_contexts, new_weights
+from .range_coder import code_signed, finish_encoding, new_contexts, new_weights, range_decoder, range_encoder
 from .significance import code_faces, faces_of, nothing_sent
 from .varint import read_varint, write_varint
 
@@ -143,9 +143,9 @@ def encode_packets(F0: np.ndarray, levels: int, group: np.ndarray, face: np.ndar
         order = at + np.argsort(number[part], kind="stable")
         group[part], face[part], value[part] = group[order], face[order], value[order]
         for size in sizes:
-            coder = encoder(contexts, weights, _most_bytes(size, value.shape[1], len(sent.row)))
+            coder = range_encoder(contexts, weights, _most_bytes(size, value.shape[1], len(sent.row)))
             _code_packet(coder, faces, sent, typical, group, face, value, at, size, state, whole)
-            payload = finish(coder)
+            payload = finish_encoding(coder)
             packet = write_varint(len(payload)) + payload
             crc = crc_hqx(packet, crc)
             out.append(packet + crc.to_bytes(2, "big"))
@@ -185,7 +185,7 @@ def read_packets(data: bytes, at: int, F0: np.ndarray, levels: int, channels: in
     group, face, value = np.zeros(k, np.int64), np.zeros(k, np.int64), np.zeros((k, channels), np.int64)
     features, ends, state = [0], [at], np.zeros(4, np.int64)
     for (size, begin, end), whole in zip(found, wholes, strict=True):
-        coder = decoder(contexts, weights, data[begin:end - 2])
+        coder = range_decoder(contexts, weights, data[begin:end - 2])
         if not _code_packet(coder, faces, sent, typical, group, face, value, features[-1], size, state, whole):
             corrupt, truncated = f"Expected a packet of features at byte {ends[-1]}, found impossible counts", False
             break

@@ -74,20 +74,20 @@ def new_weights(count: int) -> np.ndarray:
     return np.full((count, INPUTS), DEFAULT_WEIGHT, dtype=np.int64)
 
 
-def encoder(contexts: np.ndarray, weights: np.ndarray, capacity: int) -> Coder:
-    """A coder that writes at most `capacity` bytes; see `finish`."""
+def range_encoder(contexts: np.ndarray, weights: np.ndarray, capacity: int) -> Coder:
+    """A coder that writes at most `capacity` bytes; see `finish_encoding`."""
     rc = np.array([ENCODE, 0, (1 << 32) - 1, 0, capacity], dtype=np.int64)
     return Coder(rc, np.zeros(capacity + 8, dtype=np.uint8), contexts, weights)
 
 
-def decoder(contexts: np.ndarray, weights: np.ndarray, data: bytes) -> Coder:
+def range_decoder(contexts: np.ndarray, weights: np.ndarray, data: bytes) -> Coder:
     """A coder that reads `data`; beyond its end it reads zeros, as the encoder drops trailing zeros."""
     buf = np.frombuffer(bytes(data) + b"\0\0\0\0", dtype=np.uint8).copy()
     rc = np.array([DECODE, int.from_bytes(buf[:4].tobytes(), "big"), (1 << 32) - 1, 4, len(data)], dtype=np.int64)
     return Coder(rc, buf, contexts, weights)
 
 
-def finish(coder: Coder) -> bytes:
+def finish_encoding(coder: Coder) -> bytes:
     """End an encoder: the shortest bytes inside the final interval, without trailing zeros."""
     rc = coder.rc
     if rc[POSITION] > rc[END]:  # the caller's bound was wrong: a bug, not an input

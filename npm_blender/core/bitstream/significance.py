@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit import njit
-from ..mesh.subdivision import subdivided_opposite
-from ..mesh.topology import opposite_halfedges
+from ..mesh import opposite_halfedges, subdivided_opposite
 from .range_coder import ENCODE, MODE, ONE, code_probability
 
 CLASSES = 16                    # of latents, as many of the offsets of each pass: see `_class_of`

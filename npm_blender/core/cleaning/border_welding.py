@@ -4,8 +4,8 @@ Both repairs are tried first and kept only where fewer border edges are left onc
 """
 import numpy as np
 
-from ..geometry.welding import near_places, weld
-from ..mesh.triangle_mesh import compact
+from ..geometry import near_places, weld
+from ..mesh import compact
 from ..progress import Progress, no_progress
 from .degenerate_faces import repeated_corners
 from .duplicate_faces import duplicates

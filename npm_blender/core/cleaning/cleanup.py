@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import MeshError
-from ..mesh.triangle_mesh import TriMesh, compact
+from ..mesh import TriMesh, compact
 from ..progress import Progress, no_progress, part
 from .border_welding import weld_borders
 from .degenerate_faces import FLAT, collapse_zero_edges, flatness, remove_flat_faces, repeated_corners

@@ -1,7 +1,7 @@
 """Faces that cover other faces: parts that lie on another part face for face, and walls between two solids."""
 import numpy as np
 
-from ..geometry.welding import weld
+from ..geometry import weld
 from .edge_groups import EdgeGroups, face_parts, vertex_parts
 
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.disjoint_sets import find_root, unite
-from ..geometry.halfedge_steps import end_of, next_halfedge
+from ..geometry import end_of, find_root, next_halfedge, unite
 from ..jit import compiled
 
 

@@ -3,8 +3,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry.welding import weld
-from ..mesh.triangle_mesh import TriMesh
+from ..geometry import weld
+from ..mesh import TriMesh
 from ..progress import Progress, no_progress
 from .degenerate_faces import FLAT, flatness, repeated_corners
 from .duplicate_faces import duplicates

@@ -5,8 +5,7 @@ vertices are dropped once, at the end, by `compact`.
 """
 import numpy as np
 
-from ..geometry.disjoint_sets import find_root
-from ..geometry.halfedge_steps import end_of, next_halfedge
+from ..geometry import end_of, find_root, next_halfedge
 from ..jit import compiled
 from .edge_groups import EdgeGroups, join_corners
 

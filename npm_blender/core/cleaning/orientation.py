@@ -1,7 +1,7 @@
 """Faces turned so that neighbours agree, closed parts outward; where a surface is one-sided, a short cut is chosen."""
 import numpy as np
 
-from ..geometry import bvh
+from ..geometry import BVH_STACK, build_bvh
 from ..jit import compiled
 from .edge_groups import EdgeGroups
 
@@ -67,7 +67,7 @@ def _inside(boxes: np.ndarray, of: np.ndarray) -> np.ndarray:
     """(k,) bool: boxes (k, 6), low and high corner, that lie in one of the boxes `of` (j, 6)."""
     if len(of) == 0:
         return np.zeros(len(boxes), bool)
-    nodes, links, order = bvh.build(np.concatenate([of, of[:, 3:]], 1))
+    nodes, links, order = build_bvh(np.concatenate([of, of[:, 3:]], 1))
     return _stab(boxes, of[order], nodes, links)
 
 
@@ -79,7 +79,7 @@ def _holds(outer, inner):
 
 @compiled(allocates=True)
 def _stab(boxes, of, nodes, links):
-    out, stack = np.zeros(len(boxes), np.bool_), np.zeros(bvh.STACK, np.int32)
+    out, stack = np.zeros(len(boxes), np.bool_), np.zeros(BVH_STACK, np.int32)
     for i in range(len(boxes)):
         top, stack[0] = 1, 0
         while top and not out[i]:

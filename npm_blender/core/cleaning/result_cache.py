@@ -13,14 +13,14 @@ import numpy as np
 
 from ..errors import FileError
 from ..files import write_file
+from ..settings import CACHE_VARIABLE
 
 LIMIT = 256 << 20  # bytes of all entries together; the ones not used for longest go first
-FOLDER_VARIABLE = "NPMESH_CACHE"  # in the environment: use this folder
 
 
 def user_cache() -> Path:
-    """The folder for this package's results: FOLDER_VARIABLE's, or one among the user's caches; it need not exist."""
-    if chosen := os.environ.get(FOLDER_VARIABLE):
+    """The folder for this package's results: CACHE_VARIABLE's, or one among the user's caches; it need not exist."""
+    if chosen := os.environ.get(CACHE_VARIABLE):
         return Path(chosen)
     home = Path(os.path.expanduser("~"))
     if sys.platform == "win32":

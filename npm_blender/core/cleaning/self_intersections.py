@@ -1,7 +1,7 @@
 """Faces that pass through other faces, counted on a sample: they do no harm to compression, but artists want to know."""
 import numpy as np
 
-from ..geometry import bvh
+from ..geometry import BVH_STACK, build_bvh
 from ..jit import compiled
 from ..progress import Progress, no_progress
 
@@ -22,7 +22,7 @@ def crossing_faces(V: np.ndarray, F: np.ndarray, progress: Progress = no_progres
     asked = np.arange(len(F)) if len(F) <= SAMPLE else (np.arange(SAMPLE) * (len(F) / SAMPLE)).astype(np.int64)
     centre, size = (V.min(0) + V.max(0)) / 2, max(float(np.ptp(V, axis=0).max()), 1e-300)
     corners = ((V - centre) / size)[F].reshape(-1, 9)
-    nodes, links, order = bvh.build(corners)
+    nodes, links, order = build_bvh(corners)
     rows, F, asked = corners[order], np.ascontiguousarray(F[order]), np.argsort(order)[asked]
     found, tested, work = 0, 0, WORK * len(asked)
     for i in range(0, len(asked), SLICE):
@@ -74,7 +74,7 @@ def _cross(s, t):
 def _crossing(corners, F, asked, nodes, links, work):
     """Faces (in leaf order) among `asked` that cross another, how many were tested, and the work that is left."""
     found, tested = 0, 0
-    stack = np.zeros(bvh.STACK, np.int32)
+    stack = np.zeros(BVH_STACK, np.int32)
     box = np.zeros(6)
     for f in asked:
         if work < 0:

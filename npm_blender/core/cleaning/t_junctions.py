@@ -2,7 +2,7 @@
 of the crack use the same vertices; nothing moves."""
 import numpy as np
 
-from ..geometry import bvh
+from ..geometry import BVH_STACK, build_bvh
 from ..jit import compiled
 from ..progress import Progress, no_progress
 from .border_welding import borders_after_cut, reach_of
@@ -42,7 +42,7 @@ def _split_once(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float,
     np.minimum.at(shortest, np.concatenate([a, b]), np.concatenate([length, length]))
     points = np.flatnonzero(np.isfinite(shortest)).astype(np.int32)
     # each segment is a triangle without area for the search
-    nodes, links, order = bvh.build(np.concatenate([V[a], V[b], V[b]], 1))
+    nodes, links, order = build_bvh(np.concatenate([V[a], V[b], V[b]], 1))
     low, high, tolerance = a[order], b[order], np.minimum(near, 0.01 * length[order])
     found, work = [], np.array([WORK * (len(a) + len(points)) + 1_000_000])
     for i in range(0, len(points), SLICE):
@@ -89,7 +89,7 @@ def _on_edges(V, points, reach, a, b, tolerance, nodes, links, budget):
     budget (1,): the tests that are left; the points after they are used up are not looked at.
     """
     edges, found, along = [], [], []
-    stack = np.zeros(bvh.STACK, np.int32)
+    stack = np.zeros(BVH_STACK, np.int32)
     work = budget[0]
     for i in range(len(points)):
         if work < 0:

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import DependencyError, MeshError
-from ..mesh.triangle_mesh import TriMesh
+from ..mesh import TriMesh
 from ..progress import Progress, no_progress
 from . import result_cache
 

@@ -3,23 +3,18 @@
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 
-from ..bitstream.connectivity import canonical_order
-from ..cleaning.cleanup import clean
-from ..decimation import collapse_loop
-from ..decimation.qem import decimate
+from ..bitstream import canonical_order
+from ..cleaning import clean
+from ..decimation import decimate, needs_compiling
 from ..errors import DependencyError
-from ..geometry.spatial_order import in_morton_order
-from ..jit import is_cold
-from ..levels.lod_sequence import LodSequence
-from ..levels.lod_sequence import build_levels as lod_levels
-from ..mesh.subdivision import Level, hierarchy
-from ..mesh.triangle_mesh import TriMesh, UnitFrame
-from ..network import weights as weight_file
+from ..levels import LodSequence
+from ..levels import build_levels as lod_levels
+from ..mesh import Level, TriMesh, UnitFrame, hierarchy, in_morton_order
+from ..network import load_weights
 from ..progress import Progress, no_progress, noted
 from ..settings import CompressSettings, ComputeSettings, LodSettings
-from . import rate_control
 from .progressive_mesh import ProgressiveMesh, open_stream
-from .rate_control import within_budget
+from .rate_control import level_count_for, within_budget
 from .sender import Sender
 from .stage_clock import StageClock
 
@@ -60,11 +55,11 @@ def compress(
     Raises MeshError (what does not qualify), SettingsError (a budget that does not pay for the base mesh), WeightsError,
     DependencyError (refinement asked for without torch), Cancelled (from `progress`).
     """
-    if is_cold(collapse_loop.run):
+    if needs_compiling():
         progress = noted(progress, "first run: compiling takes up to a minute")
     settings = settings or CompressSettings()
     refine_steps = _refine_steps(settings)
-    model = weight_file.load()
+    model = load_weights()
     clock = StageClock(
         progress,
         {
@@ -103,7 +98,7 @@ def _sequence(unit: TriMesh, settings: LodSettings, room: bool, clock: StageCloc
     room: as in `decimate`.
     """
     decimation = clock.run("decimate", lambda p: decimate(unit, settings.base_faces, settings.variant, p, room))
-    count = settings.levels or rate_control.levels(len(decimation.F0))
+    count = settings.levels or level_count_for(len(decimation.F0))
 
     def build(report: Progress) -> LodSequence:
         order = canonical_order(decimation.F0, len(decimation.V0))

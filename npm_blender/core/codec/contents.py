@@ -4,13 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..bitstream.container import write_stream
-from ..bitstream.header import Header
-from ..mesh.subdivision import Level
-from ..mesh.triangle_mesh import UnitFrame
-from ..network.decoder import FEATURES
-from ..network.weights import Weights
-from . import importance as ordering
+from ..bitstream import Header, write_stream
+from ..mesh import Level, UnitFrame
+from ..network import FEATURES, Weights
+from .importance import offset_values, split_numbers
 
 
 @dataclass(frozen=True)
@@ -49,8 +46,8 @@ class Contents:
         before = np.cumsum([len(self.order), *(len(p.order) for p in self.passes)])
         passes = [p for p, first in zip(self.passes, before, strict=False) if count is None or first < count]
         numbers = np.concatenate([self.order, *((i + 1) * total + p.order for i, p in enumerate(passes))])[:count]
-        values = [*self.latents, *(ordering.offset_values(p.ints, self.levels, FEATURES) for p in passes)]
-        group, face = ordering.split(numbers, self.levels * (1 + len(passes)))
+        values = [*self.latents, *(offset_values(p.ints, self.levels, FEATURES) for p in passes)]
+        group, face = split_numbers(numbers, self.levels * (1 + len(passes)))
         header = Header(
             model_id=self.weights.model_id,
             weights_hash=self.weights.digest,

@@ -7,7 +7,7 @@ of the level + face.
 
 import numpy as np
 
-from ..mesh.subdivision import Level
+from ..mesh import Level
 
 LATENTS = 40  # that are sent at most; after them offsets save more for each byte
 
@@ -17,7 +17,7 @@ def first_numbers(levels: list[Level]) -> np.ndarray:
     return np.concatenate([[0], np.cumsum([len(level.F) for level in levels])])
 
 
-def split(number: np.ndarray, levels: list[Level]) -> tuple[np.ndarray, np.ndarray]:
+def split_numbers(number: np.ndarray, levels: list[Level]) -> tuple[np.ndarray, np.ndarray]:
     """Level (k,) uint8 and face (k,) int32 of feature numbers (k,)."""
     first = first_numbers(levels)
     level = np.searchsorted(first, number, side="right") - 1

@@ -4,14 +4,10 @@ from collections import OrderedDict
 
 import numpy as np
 
-from ..bitstream.header import ParsedStream
+from ..bitstream import ParsedStream
 from ..errors import SettingsError, WeightsError
-from ..mesh.subdivision import hierarchy
-from ..mesh.triangle_mesh import TriMesh, UnitFrame
-from ..network import weights as weight_file
-from ..network.decoder import EDGES, FEATURES, Step, handed_down, predict
-from ..network.mesh_index import MeshIndex
-from ..network.numpy_backend import NUMPY
+from ..mesh import TriMesh, UnitFrame, hierarchy
+from ..network import EDGES, FEATURES, NUMPY, MeshIndex, Step, handed_down, load_weights, predict
 
 CACHED = 32  # decodes kept; a slider that goes back finds its meshes at once
 
@@ -23,7 +19,7 @@ class ProgressiveMesh:
     def __init__(self, stream: ParsedStream, size: int) -> None:
         """stream: what `read_stream` returned for `size` bytes. Raises WeightsError if its weights are not here."""
         header = stream.header
-        model = weight_file.load(header.model_id)
+        model = load_weights(header.model_id)
         if model.digest != header.weights_hash:
             raise WeightsError(
                 f"Expected weights '{header.model_id}' {header.weights_hash.hex()}, found {model.digest.hex()}; "
@@ -147,6 +143,6 @@ def open_stream(data: bytes) -> ProgressiveMesh:
 
     Raises StreamError (foreign, newer, corrupted, or cut before the end of the base mesh), WeightsError.
     """
-    from ..bitstream.container import read_stream  # only here: this import loads or compiles the entropy decoder
+    from ..bitstream import read_stream  # only here: this import loads or compiles the entropy decoder
 
     return ProgressiveMesh(read_stream(data), len(data))

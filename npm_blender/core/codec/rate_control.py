@@ -7,9 +7,6 @@ from collections.abc import Callable
 
 from ..errors import SettingsError
 from ..settings import AUTO, CompressSettings, LodSettings
-from . import rate_control
-
-pass
 
 HEAD = 100  # bytes of a stream that are neither base nor features
 FACES = 0.47  # of the base for each byte; the features get what is left, a tenth to a quarter
@@ -18,12 +15,12 @@ FINEST = 62_000  # faces of the finest level at most, if that leaves more than o
 LEVELS = LodSettings.levels  # at most
 
 
-def base_faces(budget: int) -> int:
+def base_faces_for(budget: int) -> int:
     """Faces of the base mesh that shows most in a stream of `budget` bytes."""
     return min(max(round(FACES * (budget - HEAD)), FEWEST), MOST)
 
 
-def levels(faces: int) -> int:
+def level_count_for(faces: int) -> int:
     """Levels above a base of so many faces: LEVELS, or fewer, at least one, where the finest would have over FINEST faces."""
     return next((count for count in range(LEVELS, 1, -1) if faces * 4**count <= FINEST), 1)
 
@@ -58,11 +55,11 @@ def within_budget(send: Callable, settings: CompressSettings):
             if error.faces <= faces:
                 raise
             return send(faces, False)
-    faces = rate_control.base_faces(settings.budget)
+    faces = base_faces_for(settings.budget)
     while True:
         try:
             return send(faces, False)
         except BaseTooLarge as error:
-            if error.faces == before or faces <= rate_control.FEWEST // 2:
+            if error.faces == before or faces <= FEWEST // 2:
                 raise
-            faces, before = rate_control.fewer_faces(min(faces, error.faces), error.size, settings.budget), error.faces
+            faces, before = fewer_faces(min(faces, error.faces), error.size, settings.budget), error.faces

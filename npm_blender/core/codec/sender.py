@@ -8,22 +8,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..bitstream.base_positions import quantize_positions
-from ..geometry.closest_point import ClosestPoints
-from ..levels.lod_sequence import LodSequence
-from ..mesh.subdivision import Level
-from ..mesh.triangle_mesh import TriMesh, UnitFrame
-from ..network.decoder import FEATURES, decode
-from ..network.encoder import encode
-from ..network.mesh_index import MeshIndex
-from ..network.numpy_backend import NUMPY
-from ..network.weights import Weights
+from ..bitstream import quantize_positions
+from ..geometry import ClosestPoints
+from ..levels import LodSequence
+from ..mesh import Level, TriMesh, UnitFrame
+from ..network import FEATURES, NUMPY, MeshIndex, Weights, decode, encode
 from ..progress import Progress
-from ..refinement.offset_trace import traced_offsets
+from ..refinement import traced_offsets
 from ..settings import CompressSettings, ComputeSettings
-from . import importance as ordering
 from .contents import Contents, Offsets
-from .importance import LATENTS
+from .importance import (
+    LATENTS,
+    carriers,
+    edge_ranks,
+    first_numbers,
+    gain_order,
+    magnitude_order,
+    measured_gains,
+    offset_order,
+)
 from .quantization import BASE_STEP, GROWTH, LEAST_BITS, LEAST_STEP, latent_steps, step_scale
 from .rate_control import BaseTooLarge
 from .stage_clock import StageClock
@@ -113,8 +116,7 @@ class Sender:
         return int(np.clip(np.ceil(-np.log2(BASE_STEP * error)), LEAST_BITS, self.settings.position_bits))
 
     def _refiner(self, progress: Progress):
-        from ..refinement.descent import Target
-        from ..refinement.refiner import Refiner
+        from ..refinement import Refiner, Target
 
         target = Target(self.unit, self.surface, self.lod, self.levels)
         refiner = Refiner(self.params, target, self.refine_steps, progress, self.compute)
@@ -138,7 +140,7 @@ class Sender:
             ints = [np.rint(v / s).astype(np.int32) for v, s in zip(values, steps, strict=True)]
         flat, sent = np.concatenate(ints), np.zeros(sum(map(len, ints)), bool)
         sent[order] = True
-        parts = np.split(flat * sent[:, None], ordering.first_numbers(self.feature_levels)[1:-1])
+        parts = np.split(flat * sent[:, None], first_numbers(self.feature_levels)[1:-1])
         return steps, parts, order[flat[order].any(1)]
 
     def _encode(self, V0: np.ndarray, progress: Progress) -> list[np.ndarray]:
@@ -153,14 +155,14 @@ class Sender:
         progress(0.0, "Ordering features")
         flat = np.concatenate(values)
         if self.settings.order == "magnitude":
-            return ordering.magnitude_order(flat)[:LATENTS]
+            return magnitude_order(flat)[:LATENTS]
         errors = []
         for count in range(self.lod.levels + 1):
             sent = [v if i < count else 0 * v for i, v in enumerate(values)]
             V = decode(NUMPY, self.params, NUMPY.array(V0), sent, self.meshes[:-1])[-1]
             error = np.abs(((V - self.lod.V) * self.lod.N).sum(1))
             errors.append(error[self.levels[-1].F].mean(1) * self.area)
-        return ordering.gain_order(flat, ordering.measured_gains(errors, self.feature_levels))[:LATENTS]
+        return gain_order(flat, measured_gains(errors, self.feature_levels))[:LATENTS]
 
     def _offsets(self, refiner, V0: np.ndarray, latents: list, before: list, error: float, plan: OffsetPass) -> Offsets:
         """One pass on top of the offsets `before`, for a mesh that is off by `error` without any."""
@@ -171,7 +173,7 @@ class Sender:
         else:
             ints = [0 * b for b in before]
         if refiner:
-            from ..refinement.offset_fit import OffsetFit
+            from ..refinement import OffsetFit
 
             fit = OffsetFit(refiner, V0, latents, before, steps, plan.bit)
             start = ints
@@ -183,14 +185,14 @@ class Sender:
             for count in range(self.lod.levels + 1):
                 added = [o * s * (i < count) for i, (o, s) in enumerate(zip(ints, steps, strict=True))]
                 errors.append(self._face_errors(V0, latents, [b + a for b, a in zip(before, added, strict=True)]))
-            return ordering.offset_order(ints, errors, levels)
+            return offset_order(ints, errors, levels)
 
         order = run("order", ranked)
         if refiner and plan.embedded:
             most = max(len(order), 1)
-            shares = [np.where(r < len(order), r / most, 2.0) for r in ordering.edge_ranks(order, levels)]
+            shares = [np.where(r < len(order), r / most, 2.0) for r in edge_ranks(order, levels)]
             ints = run("refine", lambda p: fit.staged(ints, shares))
-        return Offsets(ints, steps, ordering.carriers(order, ints, levels))
+        return Offsets(ints, steps, carriers(order, ints, levels))
 
     def _traced(self, V0, latents, before, steps, progress: Progress) -> list[np.ndarray]:
         progress(0.0, "Encoding")

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ..bitstream.header import Header, ParsedStream
+from ..bitstream import Header, ParsedStream
 from ..errors import StreamError
 from .progressive_mesh import ProgressiveMesh
 
@@ -37,7 +37,7 @@ class StoredStream:
 
 def receive(data: bytes) -> StoredStream:
     """Read a stream, or any prefix of one past its base mesh. Raises StreamError as `read_stream` does."""
-    from ..bitstream.container import read_stream  # only here: this import loads or compiles the entropy decoder
+    from ..bitstream import read_stream  # only here: this import loads or compiles the entropy decoder
 
     return StoredStream(data, pack(read_stream(data)))
 

@@ -1,0 +1,27 @@
+"""Edge collapses by quadric error, topology kept."""
+from .collapse_loop import needs_compiling, shape_holds
+from .decimator import half_edges_with_quadrics
+from .edge_heap import DEAD, REJECTED, heapify_edges, put_edge, take_edge
+from .halfedge_mesh import collapse_edge, connect_halfedges, gather_stencil, is_border, link_condition_holds
+from .qem import Decimation, decimate
+from .quadric import best_point, edge_costs
+
+__all__ = [
+    "needs_compiling",
+    "DEAD",
+    "Decimation",
+    "REJECTED",
+    "best_point",
+    "collapse_edge",
+    "connect_halfedges",
+    "decimate",
+    "edge_costs",
+    "gather_stencil",
+    "half_edges_with_quadrics",
+    "heapify_edges",
+    "is_border",
+    "link_condition_holds",
+    "put_edge",
+    "shape_holds",
+    "take_edge",
+]

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.halfedge_steps import next_halfedge, prev_halfedge
+from ..geometry import next_halfedge, prev_halfedge
 from ..jit import compiled
-from .edge_heap import DEAD, heapify, put, take
+from .edge_heap import DEAD, heapify_edges, put_edge, take_edge
 from .halfedge_mesh import HalfedgeMesh
 
 SEGMENTS = 8  # edges of the finest level along a base edge, at three levels
@@ -103,16 +103,16 @@ def _mark(X, corner, out, border, loss, marked):
             a, b, c = loop[before[q]], loop[q], loop[after[q]]
             price[q] = _price(X, a, b, c)
             length += np.sqrt((X[a, 0] - X[b, 0]) ** 2 + (X[a, 1] - X[b, 1]) ** 2 + (X[a, 2] - X[b, 2]) ** 2)
-        heapify(heap, price, place, n)
+        heapify_edges(heap, price, place, n)
         room, size = loss * length, n
         while size > 3 and price[0] <= room:
             q = heap[0]
             room -= price[0]
-            size = take(heap, price, place, q, DEAD, size)
+            size = take_edge(heap, price, place, q, DEAD, size)
             a, c = before[q], after[q]
             after[a], before[c] = c, a
-            size = put(heap, price, place, a, _price(X, loop[before[a]], loop[a], loop[c]), size)
-            size = put(heap, price, place, c, _price(X, loop[a], loop[c], loop[after[c]]), size)
+            size = put_edge(heap, price, place, a, _price(X, loop[before[a]], loop[a], loop[c]), size)
+            size = put_edge(heap, price, place, c, _price(X, loop[a], loop[c], loop[after[c]]), size)
         for q in range(size):
             marked[loop[heap[q]]] = True
 

@@ -3,14 +3,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.halfedge_steps import next_halfedge, prev_halfedge
-from ..jit import compiled
-from ..parameterization.collapse_record import AT, FIRST, RING, S1, S2, SIDES
-from ..parameterization.joint_flattening import flatten_jointly
-from ..parameterization.stencil import ANCHORED, EDGE, INNER, MAX_RING
+from ..geometry import next_halfedge, prev_halfedge
+from ..jit import compiled, is_cold
+from ..parameterization import ANCHORED, AT, EDGE, FIRST, INNER, MAX_RING, RING, S1, S2, SIDES, flatten_jointly
 from .border_corners import corners_round, put_corners
-from .edge_heap import DEAD, LOCKED, REJECTED, heapify, put, take
-from .halfedge_mesh import collapse, gather, is_border, link_condition_holds
+from .edge_heap import DEAD, LOCKED, REJECTED, heapify_edges, put_edge, take_edge
+from .halfedge_mesh import collapse_edge, gather_stencil, is_border, link_condition_holds
 from .quadric import best_point
 
 DONE, MORE, EMPTY = 0, 1, 2
@@ -114,7 +112,7 @@ def _enter(queue, tests, e, stage, size):
     if queue.place[e] == LOCKED:
         return size
     queue.stage[e] = stage
-    return put(queue.heap, queue.key, queue.place, e, tests.price[stage] * (queue.error[e] + LEAST), size)
+    return put_edge(queue.heap, queue.key, queue.place, e, tests.price[stage] * (queue.error[e] + LEAST), size)
 
 
 @compiled
@@ -123,7 +121,7 @@ def offer(queue, tests, edges):
     for k in range(len(edges)):
         e = edges[k]
         queue.heap[k], queue.stage[e], queue.key[k] = e, 0, tests.price[0] * (queue.error[e] + LEAST)
-    heapify(queue.heap, queue.key, queue.place, len(edges))
+    heapify_edges(queue.heap, queue.key, queue.place, len(edges))
 
 
 @compiled(inline="always")
@@ -186,7 +184,7 @@ def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, 
             kind = ANCHORED
         if at_j:
             h, o, i, j = o, h, j, i
-    r, t, s1, s2 = gather(m, h, kind, scratch.ring, scratch.face)
+    r, t, s1, s2 = gather_stencil(m, h, kind, scratch.ring, scratch.face)
     if t == 0 or (kind == INNER and r < 3) or not link_condition_holds(scratch.ring, r, s1, s2):
         return NEVER, 0, i
     _, x, y, z = best_point(Q, m.X, i, j)
@@ -204,7 +202,7 @@ def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, 
             corners.limits[1] = min(corners.limits[1], max(left, right))
             return NEVER, 0, i
     _record(hist, counts, scratch, r, t, s1, s2, 1 if kind == EDGE else 2)
-    removed = collapse(m, h, kind, x, y, z, scratch.face, t, s1, s2, scratch.dead)
+    removed = collapse_edge(m, h, kind, x, y, z, scratch.face, t, s1, s2, scratch.dead)
     if kind == EDGE:
         put_corners(m, corners, i, previous, later, before, at, after, corner)
     for q in range(10):
@@ -213,7 +211,7 @@ def _try(m, Q, e, corners, hist, scratch, counts, only_border, cosine, quality, 
 
 
 @compiled
-def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, enough, dear):
+def run_collapses(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, enough, dear):
     """Up to `collapses` collapses; DONE at the target, EMPTY when no edge passes, MORE otherwise (also: history full).
 
     Also DONE from `enough` faces on when the cheapest edge has a price above `dear`.
@@ -243,7 +241,7 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
             counts[5] = (counts[5] * 6364136223846793005 + 1442695040888963407) | 1
             at = ((counts[5] >> 33) & 0x3FFFFFFF) % max(min(_CHOICES, size // 8), 1)
         e = queue.heap[at]
-        size = take(queue.heap, queue.key, queue.place, e, REJECTED, size)
+        size = take_edge(queue.heap, queue.key, queue.place, e, REJECTED, size)
         only_border = counts[6] != 0 and counts[0] == target + 1
         s = queue.stage[e]
         removed, r, i = _try(m, Q, e, corners, hist, scratch, counts, only_border, tests.cosine[s], tests.quality[s],
@@ -257,7 +255,12 @@ def run(m, Q, queue, corners, hist, scratch, counts, target, collapses, tests, e
         done += 1
         counts[0] -= removed
         for q in range(3):
-            size = take(queue.heap, queue.key, queue.place, scratch.dead[q], DEAD, size)
+            size = take_edge(queue.heap, queue.key, queue.place, scratch.dead[q], DEAD, size)
         size = _update(m, Q, queue, tests, scratch.ring, r, i, size)
     counts[1] = size
     return status
+
+
+def needs_compiling() -> bool:
+    """Whether the next decimation has to compile its loop first, which takes up to a minute, once on a machine."""
+    return is_cold(run_collapses)

@@ -4,14 +4,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import MeshError
-from ..mesh.topology import opposite_halfedges
-from ..mesh.triangle_mesh import TriMesh
+from ..mesh import TriMesh, opposite_halfedges
 from ..parallel import together
-from ..parameterization.collapse_record import CollapseRecord
+from ..parameterization import CollapseRecord
 from .border_corners import Corners
-from .collapse_loop import Queue, Scratch, Tests, offer, run
+from .collapse_loop import Queue, Scratch, Tests, offer, run_collapses
 from .edge_heap import DEAD, REJECTED
-from .halfedge_mesh import HalfedgeMesh, connect, opposites
+from .halfedge_mesh import HalfedgeMesh, connect_halfedges, opposites
 from .quadric import edge_costs, vertex_quadrics
 
 
@@ -25,7 +24,7 @@ def half_edges_with_quadrics(mesh: TriMesh) -> tuple[HalfedgeMesh, np.ndarray]:
     if not oriented:
         opposite = opposite_halfedges(mesh.F)  # raises, and says how many edges are wrong
     (edge, start, out, valence, pinched), quadrics = together(
-        lambda: connect(corner, opposite, len(mesh.V)), lambda: vertex_quadrics(mesh.V, corner, opposite))
+        lambda: connect_halfedges(corner, opposite, len(mesh.V)), lambda: vertex_quadrics(mesh.V, corner, opposite))
     if pinched:
         raise MeshError(f"Expected a manifold mesh, found {pinched} vertices where separate fans of faces meet; "
                         "clean the mesh first (--clean auto)")
@@ -37,7 +36,7 @@ class Decimator:
     """A decimation under way.
 
     half: the mesh as it is now; quadrics (n, 10) of its vertices; queue: its edges; corners: of its border; tests: what a
-    collapse has to pass; counts (7,) int64: see `collapses.run`; history: the collapses so far.
+    collapse has to pass; counts (7,) int64: see `collapses.run_collapses`; history: the collapses so far.
     """
 
     half: HalfedgeMesh
@@ -78,7 +77,7 @@ class Decimator:
         self.offer(np.flatnonzero(self.queue.place != DEAD).astype(np.int32))
 
     def run(self, scratch: Scratch, target: int, collapses: int, enough: int = 0, dear: float = np.inf) -> int:
-        """`collapses.run`, with room for its history: DONE, EMPTY or MORE."""
+        """`collapses.run_collapses`, with room for its history: DONE, EMPTY or MORE."""
         self.history = self.history.with_room(self.counts, max(self.faces - target, 0) // 2 + 1)
-        return run(self.half, self.quadrics, self.queue, self.corners, self.history, scratch, self.counts, target, collapses,
-                   self.tests, enough, dear)
+        return run_collapses(self.half, self.quadrics, self.queue, self.corners, self.history, scratch, self.counts, target,
+                             collapses, self.tests, enough, dear)

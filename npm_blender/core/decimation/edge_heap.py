@@ -40,7 +40,7 @@ def _down(heap, key, place, at, e, price, size):
 
 
 @compiled
-def heapify(heap, key, place, size):
+def heapify_edges(heap, key, place, size):
     """Order the first `size` entries of heap and key, and fill place."""
     for at in range(size):
         place[heap[at]] = at
@@ -49,7 +49,7 @@ def heapify(heap, key, place, size):
 
 
 @compiled
-def put(heap, key, place, e, price, size):
+def put_edge(heap, key, place, e, price, size):
     """Insert edge e at a price, or change its price if it is in; returns the new size."""
     at = place[e]
     if at < 0:
@@ -63,7 +63,7 @@ def put(heap, key, place, e, price, size):
 
 
 @compiled
-def take(heap, key, place, e, why, size):
+def take_edge(heap, key, place, e, why, size):
     """Remove edge e if it is in the heap and set its place to `why` (REJECTED or DEAD); returns the new size."""
     at = place[e]
     if at >= 0:

@@ -1,8 +1,7 @@
 """How few faces a surface can have: what no decimation that keeps the topology gets below, and what shows its handles."""
 import numpy as np
 
-from ..mesh.components import component_labels
-from ..mesh.topology import directed_edges, opposite_halfedges, topology_of
+from ..mesh import component_labels, directed_edges, opposite_halfedges, topology_of
 from ..settings import AUTO
 
 HANDLE = 24  # faces of a base for each handle of the surface: with the least, about 10, its faces span tubes (docs/lod.md)

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.halfedge_steps import next_halfedge, prev_halfedge
+from ..geometry import next_halfedge, prev_halfedge
 from ..jit import compiled
-from ..parameterization.stencil import ANCHORED, EDGE, INNER
+from ..parameterization import ANCHORED, EDGE, INNER
 
 
 class HalfedgeMesh(NamedTuple):
@@ -61,7 +61,7 @@ def opposites(corner, n):
 
 
 @compiled(allocates=True)
-def connect(corner, opposite, n):
+def connect_halfedges(corner, opposite, n):
     """edge, start, out and valence of the mesh, and the number of vertices whose faces do not form one fan."""
     h_count = len(corner)
     edge = np.full(h_count, -1, np.int32)
@@ -119,7 +119,7 @@ def _fan(m, h, stop, ring, face, r, t):
 
 
 @compiled(inline="always")
-def gather(m, h, kind, ring, face):
+def gather_stencil(m, h, kind, ring, face):
     """Fill ring (vertices) and face (4 * face + corner of the owner) of the collapse along h: i -> j.
 
     Returns (r, t, s1, s2): ring vertices, ring faces, and the range of those that j owns. The vanishing faces follow
@@ -182,8 +182,8 @@ def _stitch(m, gone, kept, v):
 
 
 @compiled
-def collapse(m, h, kind, x, y, z, face, t, s1, s2, dead):
-    """Collapse along h: i -> j, both become i at (x, y, z); patch as from `gather`.
+def collapse_edge(m, h, kind, x, y, z, face, t, s1, s2, dead):
+    """Collapse along h: i -> j, both become i at (x, y, z); patch as from `gather_stencil`.
 
     dead (3,): edges that vanish. Returns the number of faces removed.
     """

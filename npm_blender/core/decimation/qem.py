@@ -11,15 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..mesh.triangle_mesh import TriMesh
-from ..parameterization.collapse_record import CollapseRecord
+from ..mesh import TriMesh
+from ..parameterization import CollapseRecord, SurfaceMap
 from ..progress import Progress, no_progress, part, rising
 from ..settings import AUTO
 from .collapse_loop import DONE, EMPTY, Scratch, Tests
 from .decimator import Decimator
 from .face_bounds import roomier
 from .halfedge_mesh import HalfedgeMesh
-from .regions import worth_dividing, decimate_regions
+from .regions import decimate_regions, worth_dividing
 
 FEWEST, MOST = 100, 2000  # base faces that are chosen from the shape
 DEAR = 4e-7  # price (squared distance times area, unit frame) of a collapse that such a base leaves out
@@ -68,6 +68,11 @@ class Decimation:
     history: CollapseRecord
     opposite: np.ndarray
     message: str = ""
+
+    @property
+    def surface_map(self) -> SurfaceMap:
+        """The bijection between base and input."""
+        return SurfaceMap(self.history, self.faces, len(self.mesh.F))
 
 
 def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progress = no_progress,

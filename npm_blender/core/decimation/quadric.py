@@ -4,8 +4,7 @@ A quadric is ten numbers (xx, xy, xz, yy, yz, zz, bx, by, bz, c) with E(x) = x'A
 """
 import numpy as np
 
-from ..geometry.halfedge_steps import next_halfedge
-from ..geometry.symmetric3 import add_outer
+from ..geometry import add_outer, next_halfedge
 from ..jit import compiled
 from ..parallel import each
 

@@ -10,12 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..geometry.halfedge_steps import next_halfedge
-from ..geometry.spatial_order import boxes
+from ..geometry import next_halfedge
 from ..jit import compiled
-from ..mesh.radix_order import order_of
+from ..mesh import radix_argsort, spatial_boxes
 from ..parallel import each
-from ..parameterization.collapse_record import CollapseRecord
+from ..parameterization import CollapseRecord
 from ..progress import Progress
 from .collapse_loop import MORE, Scratch, Tests
 from .decimator import Decimator
@@ -77,11 +76,11 @@ def decimate_regions(work: Decimator, base_faces: int, dear: float, progress: Pr
     most, left = _size(base_faces)
     living = np.flatnonzero(half.out >= 0)
     label = np.full(len(half.out), -1, np.int32)
-    label[living] = boxes(half.X.take(living, 0), most // 2)
+    label[living] = spatial_boxes(half.X.take(living, 0), most // 2)
     count = int(label.max()) + 1
     region, edges, faces = np.empty(len(queue.place), np.int32), np.zeros(count, np.int64), np.zeros(count, np.int64)
     _assign(half, label, queue.place, region, edges, faces, np.ones(len(label), bool))
-    order = order_of(region + 1)[len(region) - edges.sum():].astype(np.int32)
+    order = radix_argsort(region + 1)[len(region) - edges.sum():].astype(np.int32)
     ends = np.cumsum(edges)
     first_tests = Tests(*(column[:1] for column in work.tests))
 

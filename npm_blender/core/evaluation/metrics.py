@@ -4,9 +4,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import MeshError
-from ..geometry.closest_point import ClosestPoints
-from ..geometry.sampling import sample
-from ..mesh.triangle_mesh import TriMesh, UnitFrame
+from ..geometry import ClosestPoints, sample
+from ..mesh import TriMesh, UnitFrame
 
 DISTANCE_UNIT = 1e-4  # of the unit cube's side, as the paper's tables print distances
 

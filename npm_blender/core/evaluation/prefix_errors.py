@@ -9,9 +9,9 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
-from ..codec.progressive_mesh import ProgressiveMesh
+from ..codec import ProgressiveMesh
 from ..errors import StreamError
-from ..mesh.triangle_mesh import TriMesh, UnitFrame
+from ..mesh import TriMesh, UnitFrame
 from ..progress import Progress, no_progress
 
 # stops where features change most, and the ends of the stages in which they are sent: latents, then offsets (features.LATENTS)
@@ -61,7 +61,7 @@ class PrefixErrors:
         return json.dumps(said, separators=(",", ":"))
 
 
-def from_text(text: str) -> PrefixErrors:
+def prefix_errors_from_text(text: str) -> PrefixErrors:
     """The inverse of `to_text`. Raises StreamError if the text is damaged."""
     try:
         if len(text) > _LIMIT:
@@ -83,7 +83,7 @@ def from_text(text: str) -> PrefixErrors:
     return PrefixErrors(size, features, sizes, errors)
 
 
-def measure(stream: ProgressiveMesh, original: TriMesh, progress: Progress = no_progress) -> PrefixErrors:
+def measure_prefixes(stream: ProgressiveMesh, original: TriMesh, progress: Progress = no_progress) -> PrefixErrors:
     """Errors of all levels at the stops that the stream has. original: what was compressed, in the same frame.
 
     Takes some 20 ms a stop and level beside the decoding. Raises MeshError if the original has no area, Cancelled

@@ -1,0 +1,41 @@
+"""Queries on triangle meshes, compiled."""
+from .bvh import BVH_STACK, build_bvh
+from .closest_point import ClosestPoints
+from .disjoint_sets import find_root, unite
+from .face_orientation import is_flipped, not_flipped, orientation_cosine, orientation_measures
+from .geodesic_trace import SurfacePoints, TraceMesh, evaluate_at, points_on, put_at, trace_geodesic
+from .halfedge_steps import end_of, next_halfedge, prev_halfedge
+from .normals import normals_of, triangle_normal, vertex_normals
+from .sampling import sample
+from .symmetric3 import DIAGONAL, add_outer, invert_blocks
+from .welding import near_places, weld
+
+__all__ = [
+    "BVH_STACK",
+    "ClosestPoints",
+    "DIAGONAL",
+    "SurfacePoints",
+    "TraceMesh",
+    "add_outer",
+    "build_bvh",
+    "end_of",
+    "evaluate_at",
+    "find_root",
+    "invert_blocks",
+    "is_flipped",
+    "near_places",
+    "next_halfedge",
+    "normals_of",
+    "not_flipped",
+    "orientation_cosine",
+    "orientation_measures",
+    "points_on",
+    "prev_halfedge",
+    "put_at",
+    "sample",
+    "trace_geodesic",
+    "triangle_normal",
+    "unite",
+    "vertex_normals",
+    "weld",
+]

@@ -1,7 +1,7 @@
 """A bounding volume hierarchy over triangles for exact closest-point queries, in float64, compiled by numba.
 
 Built top down by a binned surface-area heuristic along the longest axis of the centroids. Nodes lie in two arrays:
-`boxes` (k, 6) float64, low corner then high corner, and `links` (k, 2) int32: for an inner node (left child, 0), its
+`spatial_boxes` (k, 6) float64, low corner then high corner, and `links` (k, 2) int32: for an inner node (left child, 0), its
 right child is left + 1; for a leaf (first triangle, count) with count > 0. Triangles are stored in leaf order as
 `corners` (m, 9) float64, three corners a row; `order` (m,) int32 is the face of each row.
 """
@@ -11,12 +11,12 @@ from ..jit import compiled
 
 LEAF = 4  # triangles in a leaf, at most (more only where all centroids coincide)
 BINS = 16
-STACK = 128  # depth of the traversal; the build switches to median splits below DEPTH, so it cannot overflow
+BVH_STACK = 128  # depth of the traversal; the build switches to median splits below DEPTH, so it cannot overflow
 DEPTH = 60
 
 
 @compiled(allocates=True)
-def build(corners):
+def build_bvh(corners):
     """boxes (k, 6) float64, links (k, 2) int32, order (m,) int32 of the triangles `corners` (m, 9) float64."""
     m = len(corners)
     low, high, centre = np.zeros((m, 3)), np.zeros((m, 3)), np.zeros((m, 3))
@@ -27,7 +27,7 @@ def build(corners):
             centre[i, x] = (low[i, x] + high[i, x]) / 2
     order = np.arange(m).astype(np.int32)
     boxes, links = np.zeros((2 * m, 6)), np.zeros((2 * m, 2), np.int32)
-    todo = np.zeros((STACK, 4), np.int64)  # node, first, stop, depth
+    todo = np.zeros((BVH_STACK, 4), np.int64)  # node, first, stop, depth
     todo[0, 2] = m
     waiting, nodes = 1, 1
     while waiting:
@@ -171,14 +171,14 @@ def _to_box(px, py, pz, box):
 
 
 @compiled(allocates=True)
-def closest(P, turn, corners, boxes, links):
+def closest_in_bvh(P, turn, corners, boxes, links):
     """Closest points of P (n, 3), answered in the order `turn` (n,): distance (n,), point (n, 3), row of corners (n,).
 
     Neighbouring turns should be close in space: each search starts from the answer of the one before.
     """
     n = len(P)
     distance, point, row = np.zeros(n), np.zeros((n, 3)), np.zeros(n, np.int32)
-    stack, reach = np.zeros(STACK, np.int32), np.zeros(STACK)
+    stack, reach = np.zeros(BVH_STACK, np.int32), np.zeros(BVH_STACK)
     found = 0
     for k in range(n):
         q = turn[k]

@@ -2,9 +2,8 @@
 import numpy as np
 
 from ..errors import MeshError
-from ..mesh.triangle_mesh import TriMesh
-from . import bvh
-from .spatial_order import _along_curve
+from ..mesh import TriMesh, along_curve
+from .bvh import build_bvh, closest_in_bvh
 
 
 class ClosestPoints:
@@ -17,7 +16,7 @@ class ClosestPoints:
     def __init__(self, mesh: TriMesh) -> None:
         """mesh: any TriMesh with at least one face; it need not be a manifold. Its arrays are copied."""
         corners = mesh.V[mesh.F].reshape(-1, 9)
-        self._boxes, self._links, self._order = bvh.build(corners)
+        self._boxes, self._links, self._order = build_bvh(corners)
         self._corners = corners[self._order]
 
     def closest(self, P: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -29,6 +28,6 @@ class ClosestPoints:
         P = np.ascontiguousarray(P, dtype=np.float64)
         if P.ndim != 2 or P.shape[1] != 3 or not np.isfinite(P).all():
             raise MeshError(f"Expected finite points (n, 3), found {P.shape}{'' if P.ndim != 2 else ' or NaN'}")
-        distance, point, row = bvh.closest(P, _along_curve(P), self._corners, self._boxes, self._links)
+        distance, point, row = closest_in_bvh(P, along_curve(P), self._corners, self._boxes, self._links)
         return distance, point, self._order[row]
 

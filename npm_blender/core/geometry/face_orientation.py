@@ -2,7 +2,7 @@
 import numpy as np
 
 from ..jit import compiled
-from .normals import normal
+from .normals import triangle_normal
 
 MARGIN = 0.05  # cosine between face and surface up to which a face counts as turned: the fit still moves it
 
@@ -11,7 +11,7 @@ MARGIN = 0.05  # cosine between face and surface up to which a face counts as tu
 def orientation_cosine(F, P, N, f):
     """Cosine between face f of points P and the sum of its corners' normals N."""
     a, b, c = F[f, 0], F[f, 1], F[f, 2]
-    nx, ny, nz = normal(P, a, b, c)
+    nx, ny, nz = triangle_normal(P, a, b, c)
     sx, sy, sz = N[a, 0] + N[b, 0] + N[c, 0], N[a, 1] + N[b, 1] + N[c, 1], N[a, 2] + N[b, 2] + N[c, 2]
     size = np.sqrt((nx * nx + ny * ny + nz * nz) * (sx * sx + sy * sy + sz * sz))
     return (nx * sx + ny * sy + nz * sz) / size if size > 1e-30 else 0.0
@@ -27,7 +27,7 @@ def not_flipped(product, size):
 def is_flipped(F, P, N, f):
     """Whether the cosine of face f (see `orientation_cosine`) is at most MARGIN."""
     a, b, c = F[f, 0], F[f, 1], F[f, 2]
-    nx, ny, nz = normal(P, a, b, c)
+    nx, ny, nz = triangle_normal(P, a, b, c)
     sx, sy, sz = N[a, 0] + N[b, 0] + N[c, 0], N[a, 1] + N[b, 1] + N[c, 1], N[a, 2] + N[b, 2] + N[c, 2]
     return not not_flipped(nx * sx + ny * sy + nz * sz,
                        (nx * nx + ny * ny + nz * nz) * (sx * sx + sy * sy + sz * sz))

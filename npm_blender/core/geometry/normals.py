@@ -2,14 +2,14 @@
 import numpy as np
 
 from ..jit import compiled
-from ..mesh.triangle_mesh import TriMesh
+from ..mesh import TriMesh
 from ..parallel import each
 
 SLICE = 26_000  # faces that one thread looks at
 
 
 @compiled
-def normal(P, a, b, c):
+def triangle_normal(P, a, b, c):
     """Normal of the triangle of points a, b, c of P, twice as long as its area."""
     ux, uy, uz = P[b, 0] - P[a, 0], P[b, 1] - P[a, 1], P[b, 2] - P[a, 2]
     vx, vy, vz = P[c, 0] - P[a, 0], P[c, 1] - P[a, 1], P[c, 2] - P[a, 2]
@@ -27,7 +27,7 @@ def _normalize(N):
 @compiled
 def _of_vertices(V, F, N):
     for f in range(len(F)):
-        x, y, z = normal(V, F[f, 0], F[f, 1], F[f, 2])
+        x, y, z = triangle_normal(V, F[f, 0], F[f, 1], F[f, 2])
         for c in range(3):
             v = F[f, c]
             N[v, 0] += x
@@ -40,7 +40,7 @@ def _of_vertices(V, F, N):
 def _of_faces(V, F, faces, N):
     for k in range(len(faces)):
         f = faces[k]
-        N[k, 0], N[k, 1], N[k, 2] = normal(V, F[f, 0], F[f, 1], F[f, 2])
+        N[k, 0], N[k, 1], N[k, 2] = triangle_normal(V, F[f, 0], F[f, 1], F[f, 2])
     _normalize(N)
 
 

@@ -2,7 +2,7 @@
 import numpy as np
 
 from ..errors import MeshError
-from ..mesh.triangle_mesh import TriMesh
+from ..mesh import TriMesh
 
 
 def sample(mesh: TriMesh, count: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ be solved for alone, while the others stay: then only these and the edges at the
 """
 import numpy as np
 
-from ..geometry.symmetric3 import invert_blocks
+from ..geometry import invert_blocks
 from ..jit import compiled
 
 ITERATIONS = 60

@@ -6,10 +6,9 @@ base edge; the best choice for all vertices of the base edge together is found b
 """
 import numpy as np
 
-from ..geometry.halfedge_steps import next_halfedge
+from ..geometry import next_halfedge
 from ..jit import compiled
-from ..mesh.subdivision import Level
-from ..mesh.triangle_mesh import TriMesh
+from ..mesh import Level, TriMesh
 
 STAY = 1e-3  # price of sliding, in lengths of the polyline for each length slid: a straight border stays as it is
 MOST = 4000  # places tried, over the root of the number of vertices inside a base edge: the time grows with its square

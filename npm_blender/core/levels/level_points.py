@@ -1,12 +1,10 @@
 """Where the map puts the vertices and edge midpoints of a subdivided base: points of the input surface."""
 import numpy as np
 
-from ..decimation.qem import Decimation
+from ..decimation import Decimation
 from ..jit import compiled
-from ..mesh.radix_order import order_of
-from ..mesh.subdivision import Level
+from ..mesh import Level, radix_argsort
 from ..parallel import each, threads
-from ..parameterization.surface_map import coarse_to_fine
 from ..progress import Progress, no_progress
 
 MESSAGE = "Mapping the levels"
@@ -63,15 +61,17 @@ def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_fa
     the corner of it that comes first here. Neighbours are mapped one after the other, through the same collapses.
     """
     halfedge = halfedges_with(level)
-    order = order_of(halfedge)
+    order = radix_argsort(halfedge)
     face, b = np.empty(len(order), np.int32), np.empty((len(order), 3))
     size = min(max(-(-len(order) // threads()), FEWEST), MOST)
+
+    surface_map = decimation.surface_map
 
     def task(first: int) -> None:
         last = min(first + size, len(order))
         at, at_b = np.empty(last - first, np.int32), np.empty((last - first, 3))
         _start(halfedge, level.n, order, first, last, corners, old_face, turn, at, at_b)
-        at, at_b = coarse_to_fine(decimation, at, at_b)
+        at, at_b = surface_map.coarse_to_fine(at, at_b)
         _put(order, first, last, at, at_b, face, b)
 
     each(task, range(0, len(order), size), progress, MESSAGE)

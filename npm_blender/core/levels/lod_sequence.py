@@ -3,16 +3,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..decimation.qem import Decimation, decimate
-from ..geometry.geodesic_trace import TraceMesh, points_on
-from ..geometry.normals import normals_of, vertex_normals
-from ..mesh.renumbering import Renumbering
-from ..mesh.subdivision import hierarchy
-from ..mesh.triangle_mesh import TriMesh
+from ..decimation import Decimation, decimate
+from ..geometry import TraceMesh, normals_of, points_on, vertex_normals
+from ..mesh import Renumbering, TriMesh, hierarchy
 from ..parallel import together
 from ..progress import Progress, no_progress, part
 from ..settings import LodSettings
-from ..untangling.rounds import untangle
+from ..untangling import untangle
 from .border_sampling import follow_border
 from .level_points import MESSAGE, level_corners, map_points
 from .surface_fit import fit_to_surface, restore_orientation
@@ -42,7 +39,7 @@ class LodSequence:
 
 def build_levels(decimation: Decimation, levels: int, order: Renumbering | None = None, fitted: bool = True,
                  progress: Progress = no_progress) -> LodSequence:
-    """Map the vertices of the `levels` times subdivided base onto the input surface, and fit them to it.
+    """Map the vertices of the `level_count_for` times subdivided base onto the input surface, and fit them to it.
 
     order renumbers the base first; fitted: False leaves the vertices where the map puts them. Vertices and faces are
     numbered as in `subdivide.hierarchy`. Border vertices of the subdivided base lie on the border of the input, where they

@@ -10,11 +10,9 @@ the map leave upright, its vertices go back towards those points (see `upright`)
 """
 import numpy as np
 
-from ..geometry.face_orientation import orientation_cosine
-from ..geometry.normals import normal as triangle_normal
-from ..geometry.symmetric3 import DIAGONAL, add_outer
+from ..geometry import DIAGONAL, add_outer, orientation_cosine, triangle_normal
 from ..jit import compiled
-from ..mesh.subdivision import Level
+from ..mesh import Level
 from ..progress import Progress, no_progress
 from .block_cg import conjugate_gradients
 

@@ -4,7 +4,7 @@ import numpy as np
 DIGIT = 16  # bits; numpy's stable sort of longer integers compares
 
 
-def order_of(keys: np.ndarray) -> np.ndarray:
+def radix_argsort(keys: np.ndarray) -> np.ndarray:
     """Indices (k,) int64 that sort the integers keys (k,), none of them negative; equal keys stay in their order."""
     keys = np.asarray(keys)
     order = np.argsort(keys.astype(np.uint16), kind="stable")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .radix_order import order_of
+from .radix_order import radix_argsort
 from .topology import directed_edges, paired_halfedges
 
 
@@ -60,13 +60,13 @@ class Level:
         opposite[second] = np.where(border, second, first[self.opposite])
         opposite[across], opposite[centre] = centre, across
         # edges: the halves, by their old vertex; then those between middles
-        halves = order_of(self.edges.reshape(-1))
+        halves = radix_argsort(self.edges.reshape(-1))
         rank = np.empty(len(halves), np.int32)
         rank[halves] = np.arange(len(halves), dtype=np.int32)
         late = (self.F.reshape(-1) != self.edges[self.edge_of, 0]).astype(np.int32)
         one, two = n + self.edge_of, n + self.edge_of[h - k + (k + 2) % 3]
         low, high = np.minimum(one, two), np.maximum(one, two)
-        inner = order_of(low.astype(np.int64) * (n + len(self.edges)) + high)
+        inner = radix_argsort(low.astype(np.int64) * (n + len(self.edges)) + high)
         edge_of = np.empty(12 * m, np.int32)
         edge_of[first], edge_of[second] = rank[2 * self.edge_of + late], rank[2 * self.edge_of + 1 - late]
         edge_of[across[inner]] = edge_of[centre[inner]] = len(halves) + np.arange(len(inner), dtype=np.int32)

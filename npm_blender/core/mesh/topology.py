@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import MeshError
-from .radix_order import order_of
+from .radix_order import radix_argsort
 
 
 def directed_edges(F: np.ndarray) -> np.ndarray:
@@ -25,7 +25,7 @@ def paired_halfedges(F: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     """
     start, end = directed_edges(F).T
     key = np.minimum(start, end).astype(np.int64) * (int(F.max()) + 1) + np.maximum(start, end)
-    order = order_of(key)
+    order = radix_argsort(key)
     ranked = key[order]
     pair = ranked[1:] == ranked[:-1]
     h, o = order[:-1][pair], order[1:][pair]

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..errors import DependencyError, FileError, MeshError
 from ..files import read_file, write_file
-from ..geometry.welding import weld
-from ..mesh.triangle_mesh import TriMesh
+from ..geometry import weld
+from ..mesh import TriMesh
 from .obj import read_obj, write_obj
 from .ply import read_ply, write_ply
 

@@ -1,7 +1,7 @@
 """Polygons to triangles: quads by their better diagonal, larger ones by ear clipping; concave ones stay inside."""
 import numpy as np
 
-from ..geometry.normals import normal as triangle_normal
+from ..geometry import triangle_normal
 from ..jit import compiled
 
 WORK = 300  # corners looked at for each corner, on average over a mesh, at most; and so many more:

@@ -1,0 +1,52 @@
+"""Encoder and decoder, written once for NumPy and torch."""
+from typing import TYPE_CHECKING
+
+from ..lazy import lazy_exports
+
+if TYPE_CHECKING:
+    from .decoder import EDGES, FEATURES, Step, decode, handed_down, predict
+    from .encoder import details, encode
+    from .frames import edge_frames, face_normals
+    from .input_features import geometry_features
+    from .mesh_index import MeshIndex
+    from .numpy_backend import NUMPY
+    from .parameters import NetworkConfig, flatten_tree, folded, initial_parameters, map_tree, unflatten_tree
+    from .torch_backend import TorchBackend, torch_device
+    from .weights import Weights, load_weights
+
+__all__ = [
+    "EDGES",
+    "FEATURES",
+    "MeshIndex",
+    "NUMPY",
+    "NetworkConfig",
+    "Step",
+    "TorchBackend",
+    "Weights",
+    "decode",
+    "details",
+    "edge_frames",
+    "encode",
+    "face_normals",
+    "flatten_tree",
+    "folded",
+    "geometry_features",
+    "handed_down",
+    "initial_parameters",
+    "load_weights",
+    "map_tree",
+    "predict",
+    "torch_device",
+    "unflatten_tree",
+]
+__getattr__, __dir__ = lazy_exports(__name__, {
+    "decoder": ("EDGES", "FEATURES", "Step", "decode", "handed_down", "predict",),
+    "encoder": ("details", "encode",),
+    "frames": ("edge_frames", "face_normals",),
+    "input_features": ("geometry_features",),
+    "mesh_index": ("MeshIndex",),
+    "numpy_backend": ("NUMPY",),
+    "parameters": ("NetworkConfig", "flatten_tree", "folded", "initial_parameters", "map_tree", "unflatten_tree",),
+    "torch_backend": ("TorchBackend", "torch_device",),
+    "weights": ("Weights", "load_weights",),
+})

@@ -3,7 +3,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..mesh.subdivision import Level
+from ..mesh import Level
 
 
 @dataclass(frozen=True)

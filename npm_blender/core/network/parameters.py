@@ -1,4 +1,4 @@
-"""Sizes and initial values of the network's parameters; the forward passes are in `encoder` and `decoder`.
+"""Sizes and initial values of the network's parameters; the forward passes are in `range_encoder` and `range_decoder`.
 
 Parameters are a plain tree of dicts and lists of arrays, so that both backends, the optimiser and the weight file see
 the same thing.
@@ -88,17 +88,17 @@ def map_tree(function, tree):
     return function(tree)
 
 
-def flatten(tree, prefix: str = "") -> dict:
+def flatten_tree(tree, prefix: str = "") -> dict:
     """The leaves of the tree by dotted name, e.g. 'decoder.0.conv1.own'."""
     items = tree.items() if isinstance(tree, dict) else ((str(i), v) for i, v in enumerate(tree))
     out = {}
     for key, value in items:
         name = f"{prefix}{key}"
-        out.update(flatten(value, name + ".") if isinstance(value, dict | list) else {name: value})
+        out.update(flatten_tree(value, name + ".") if isinstance(value, dict | list) else {name: value})
     return out
 
 
-def unflatten(leaves: dict) -> dict:
+def unflatten_tree(leaves: dict) -> dict:
     """The tree of dotted names; levels whose keys are all numbers become lists. The inverse of `flatten_jointly`."""
     tree: dict = {}
     for name, value in leaves.items():

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import WeightsError
-from .parameters import NetworkConfig, flatten, unflatten
+from .parameters import NetworkConfig, flatten_tree, unflatten_tree
 
 FOLDER = Path(__file__).parents[2] / "weights"
 DEFAULT = "npm1"
@@ -28,24 +28,24 @@ class Weights:
     digest: bytes
 
 
-def digest(params: dict) -> bytes:
+def weights_digest(params: dict) -> bytes:
     """First 8 bytes of the SHA-256 of all arrays in the order of their names."""
     h = hashlib.sha256()
-    for name, value in sorted(flatten(params).items()):
+    for name, value in sorted(flatten_tree(params).items()):
         h.update(f"{name}{value.shape}".encode())
         h.update(np.ascontiguousarray(value, dtype="<f4").tobytes())
     return h.digest()[:8]
 
 
-def save(path: Path, params: dict, config: NetworkConfig) -> None:
+def save_weights(path: Path, params: dict, config: NetworkConfig) -> None:
     """Write folded parameters (a tree of float32 arrays) to an .npz, atomically."""
     temporary = path.with_name(path.name + ".tmp.npz")
-    np.savez_compressed(temporary, config=np.array(json.dumps(asdict(config))), **flatten(params))
+    np.savez_compressed(temporary, config=np.array(json.dumps(asdict(config))), **flatten_tree(params))
     os.replace(temporary, path)
 
 
 @cache
-def load(model_id: str = DEFAULT, folder: Path = FOLDER) -> Weights:
+def load_weights(model_id: str = DEFAULT, folder: Path = FOLDER) -> Weights:
     """The weights of a model. Raises WeightsError if they are missing or damaged."""
     path = folder / f"{model_id}.npz"
     if not path.is_file():
@@ -55,9 +55,9 @@ def load(model_id: str = DEFAULT, folder: Path = FOLDER) -> Weights:
     try:
         with np.load(path, allow_pickle=False) as z:
             config = NetworkConfig(**{k: tuple(v) for k, v in json.loads(str(z["config"])).items()})
-            params = unflatten({k: z[k] for k in z.files if k != "config"})
+            params = unflatten_tree({k: z[k] for k in z.files if k != "config"})
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise WeightsError(
             f"Expected readable weights in {path.name}, found a damaged file ({error}); reinstall the extension"
         ) from error
-    return Weights(params, config, model_id, digest(params))
+    return Weights(params, config, model_id, weights_digest(params))

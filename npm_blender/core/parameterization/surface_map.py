@@ -5,12 +5,12 @@ undone, last one first; from fine to coarse they are repeated in order. Each ste
 and the face of the other side that holds it. Points of the border stay on it exactly.
 """
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..decimation.qem import Decimation
 from ..jit import compiled
-from .collapse_record import AT, FIRST, RING, S1, S2, SIDES
+from .collapse_record import AT, FIRST, RING, S1, S2, SIDES, CollapseRecord
 from .stencil import MAX_RING
 
 _SNAP = 1e-10  # barycentric coordinates below this are zero
@@ -211,24 +211,34 @@ def _list_by_face(face, on, link):
         on[face[p]] = p
 
 
-def _through(way: Callable, decimation: Decimation, face: np.ndarray, b: np.ndarray) -> None:
-    """Move points by `_undo_all` or `_repeat_all`; changes face (k,) int32 and b (k, 3)."""
-    on, link = np.full(len(decimation.mesh.F), -1, np.int32), np.empty(len(face), np.int32)
-    _list_by_face(face, on, link)
-    way(decimation.history, face, b, on, link, np.empty(MAX_RING + 8, np.int32))
+@dataclass(frozen=True)
+class SurfaceMap:
+    """The bijection between a base mesh and the input mesh that successive collapses define (Liu et al. 2020).
 
+    record: the collapses; faces (m0,) int32 ascending: the number in the record of each base face, whose corners come in the
+    same order; input_faces: number of faces of the input.
+    """
 
-def coarse_to_fine(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points of the base, face (k,) and barycentric (k, 3) in 0..1, as points of the input mesh's faces."""
-    at = decimation.faces[np.asarray(face)]
-    b = np.array(barycentric, dtype=np.float64, order="C")
-    _through(_undo_all, decimation, at, b)
-    return at, b
+    record: CollapseRecord
+    faces: np.ndarray
+    input_faces: int
 
+    def coarse_to_fine(self, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points of the base, face (k,) and barycentric (k, 3) in 0..1, as points of the input: (k,) int32, (k, 3) float64."""
+        at = self.faces[np.asarray(face)]
+        b = np.array(barycentric, dtype=np.float64, order="C")
+        self._through(_undo_all, at, b)
+        return at, b
 
-def fine_to_coarse(decimation: Decimation, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points of the input mesh, face (k,) and barycentric (k, 3), as points of the base: the inverse of to_fine."""
-    at = np.array(face, dtype=np.int32)
-    b = np.array(barycentric, dtype=np.float64, order="C")
-    _through(_repeat_all, decimation, at, b)
-    return np.searchsorted(decimation.faces, at).astype(np.int32), b
+    def fine_to_coarse(self, face: np.ndarray, barycentric: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points of the input, face (k,) and barycentric (k, 3), as points of the base: the inverse of `coarse_to_fine`."""
+        at = np.array(face, dtype=np.int32)
+        b = np.array(barycentric, dtype=np.float64, order="C")
+        self._through(_repeat_all, at, b)
+        return np.searchsorted(self.faces, at).astype(np.int32), b
+
+    def _through(self, way: Callable, face: np.ndarray, b: np.ndarray) -> None:
+        """Move points by `_undo_all` or `_repeat_all`; changes face (k,) int32 and b (k, 3)."""
+        on, link = np.full(self.input_faces, -1, np.int32), np.empty(len(face), np.int32)
+        _list_by_face(face, on, link)
+        way(self.record, face, b, on, link, np.empty(MAX_RING + 8, np.int32))

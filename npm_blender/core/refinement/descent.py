@@ -10,12 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import DependencyError
-from ..geometry.closest_point import ClosestPoints
-from ..levels.lod_sequence import LodSequence
-from ..mesh.subdivision import Level
-from ..mesh.triangle_mesh import TriMesh
-from ..network.frames import face_normals
-from ..network.mesh_index import MeshIndex
+from ..geometry import ClosestPoints
+from ..levels import LodSequence
+from ..mesh import Level, TriMesh
+from ..network import MeshIndex, face_normals
 from ..progress import Progress, no_progress
 from ..settings import ComputeSettings
 
@@ -61,8 +59,7 @@ class Descent:
                 f"Expected torch to load, found: {found}; repair or remove it, or use 0 refine steps"
             ) from error
 
-        from ..network.parameters import map_tree
-        from ..network.torch_backend import TorchBackend, torch_device
+        from ..network import TorchBackend, map_tree, torch_device
 
         compute = compute or ComputeSettings()
         if compute.threads:
@@ -91,7 +88,7 @@ class Descent:
 
     def decode(self, V0, features, depth, offsets=None):
         """Vertices (n, 3) of level `depth`, a tensor: what the receiver makes of base, latents and offsets."""
-        from ..network.decoder import decode
+        from ..network import decode
 
         return decode(self.B, self.params, V0, features[:depth], self.meshes[:depth], offsets)[-1]
 

@@ -5,11 +5,8 @@ Coarser than `offsetfit`, which knows what an offset does to the levels above; f
 
 import numpy as np
 
-from ..geometry.closest_point import ClosestPoints
-from ..network.decoder import decode
-from ..network.frames import edge_frames
-from ..network.mesh_index import MeshIndex
-from ..network.numpy_backend import NUMPY
+from ..geometry import ClosestPoints
+from ..network import NUMPY, MeshIndex, decode, edge_frames
 
 ROUNDS = 3  # steps to the nearest point of the surface, each as far as the normal goes
 REACH = 0.5  # of the edge's length, at most

@@ -4,7 +4,7 @@ Where faces are long and flat, as in models of machine parts, the flattenings of
 vertex along the surface, and all faces round it with it. Kept is what turns no more faces and is no worse otherwise
 (see `patch.better`).
 """
-from ..geometry.geodesic_trace import put_at, trace_geodesic
+from ..geometry import put_at, trace_geodesic
 from ..jit import compiled
 from .propagation import propagate
 from .trial import add, better, commit, fitness, gather, restore, save

@@ -3,9 +3,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.halfedge_steps import prev_halfedge
+from ..geometry import prev_halfedge
 from ..jit import compiled
-from ..mesh.subdivision import Level
+from ..mesh import Level
 
 
 class OneRings(NamedTuple):

@@ -7,7 +7,7 @@ from typing import Self
 
 import numpy as np
 
-from ..geometry.geodesic_trace import SurfacePoints, TraceMesh
+from ..geometry import SurfacePoints, TraceMesh
 from ..jit import compiled
 from ..parallel import first_time, threads
 from .one_rings import OneRings

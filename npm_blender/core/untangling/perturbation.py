@@ -5,8 +5,7 @@ goes back to where it was. The random steps are seeded, so the result is the sam
 """
 import numpy as np
 
-from ..geometry.face_orientation import is_flipped
-from ..geometry.geodesic_trace import put_at, trace_geodesic
+from ..geometry import is_flipped, put_at, trace_geodesic
 from ..jit import compiled
 from .propagation import propagate
 from .trial import SMOOTHED, add, add_neighbours, better, changed, fitness, gather, restore, save, turned

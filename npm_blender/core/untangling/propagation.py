@@ -1,7 +1,7 @@
 """A vertex that moved takes the finer ones along: each goes to the middle of its edge again."""
 import numpy as np
 
-from ..geometry.geodesic_trace import evaluate_at, put_at, trace_geodesic
+from ..geometry import evaluate_at, put_at, trace_geodesic
 from ..jit import compiled
 from .trial import NEAR, turned
 

@@ -7,10 +7,9 @@ over all levels that hold the vertex.
 """
 import numpy as np
 
-from ..geometry.face_orientation import is_flipped
-from ..geometry.geodesic_trace import SurfacePoints, TraceMesh
+from ..geometry import SurfacePoints, TraceMesh, is_flipped
 from ..jit import compiled
-from ..mesh.subdivision import Level
+from ..mesh import Level
 from ..parallel import each
 from ..progress import Progress, no_progress
 from .base_vertices import return_to_base_positions

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.face_orientation import is_flipped, not_flipped, orientation_measures
+from ..geometry import is_flipped, not_flipped, orientation_measures
 from ..jit import compiled
 
 _VERTICES, _FACES = 24, 64  # room for vertices and faces of a patch, times 4^L

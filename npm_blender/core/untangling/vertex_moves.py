@@ -7,8 +7,7 @@ stand across it, and a neighbour may lie behind one.
 """
 import numpy as np
 
-from ..geometry.face_orientation import not_flipped, orientation_measures
-from ..geometry.geodesic_trace import evaluate_at, put_at, trace_geodesic
+from ..geometry import evaluate_at, not_flipped, orientation_measures, put_at, trace_geodesic
 from ..jit import compiled
 
 FARTHER = 1.02  # times the faces' distance from the surface (see `orientation_measures`) that a step may leave

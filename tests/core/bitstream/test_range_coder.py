@@ -9,11 +9,11 @@ from npm_blender.core.bitstream.range_coder import (
     code_raw,
     code_signed,
     code_uniform,
-    decoder,
-    encoder,
-    finish,
+    finish_encoding,
     new_contexts,
     new_weights,
+    range_decoder,
+    range_encoder,
 )
 from npm_blender.core.bitstream.varint import read_varint, write_varint
 from npm_blender.core.jit import njit
@@ -45,14 +45,14 @@ def models():
 
 
 def encode(values):
-    coder = encoder(*models(), 32 + 24 * len(values))
+    coder = range_encoder(*models(), 32 + 24 * len(values))
     code_all(coder, np.array(values, np.int64))
-    return finish(coder)
+    return finish_encoding(coder)
 
 
 def decode(data, count):
     out = np.zeros(count, np.int64)
-    code_all(decoder(*models(), data), out)
+    code_all(range_decoder(*models(), data), out)
     return out
 
 
@@ -67,10 +67,10 @@ def test_signed_numbers_come_back(values):
 def test_plain_numbers_come_back(rows, data):
     counts = np.array([r[1] for r in rows], np.int64)
     values = np.array([(r[0], data.draw(st.integers(0, r[1] - 1)), r[2]) for r in rows], np.int64).reshape(-1, 3)
-    coder = encoder(*models(), 64 + 16 * len(rows))
+    coder = range_encoder(*models(), 64 + 16 * len(rows))
     code_plain(coder, values.copy(), counts)
     out = np.zeros_like(values)
-    code_plain(decoder(*models(), finish(coder)), out, counts)
+    code_plain(range_decoder(*models(), finish_encoding(coder)), out, counts)
     assert (out == values).all()
 
 
@@ -94,10 +94,10 @@ def test_carry_runs_through_written_bytes():
     for seed in range(200):  # very likely bits with rare unlikely ones push the low end over long runs of 255
         bits = (np.random.default_rng(seed).random(400) < 0.02).astype(np.int64)
         rows = np.stack([np.full(400, 2**20 - 1), np.zeros(400, int), bits], 1)
-        coder = encoder(contexts, weights, 4000)
+        coder = range_encoder(contexts, weights, 4000)
         code_plain(coder, rows.copy(), np.ones(400, np.int64))
         out = np.zeros_like(rows)
-        code_plain(decoder(contexts, weights, finish(coder)), out, np.ones(400, np.int64))
+        code_plain(range_decoder(contexts, weights, finish_encoding(coder)), out, np.ones(400, np.int64))
         assert (out == rows).all()
 
 
@@ -108,19 +108,19 @@ def test_any_bytes_decode_to_bounded_numbers(data):
 
 
 def test_too_small_a_buffer_is_reported():
-    coder = encoder(*models(), 3)
+    coder = range_encoder(*models(), 3)
     code_plain(coder, np.full((50, 3), 1), np.full(50, 9))
     with pytest.raises(ValueError, match="needs"):
-        finish(coder)
+        finish_encoding(coder)
 
 
 def test_contexts_learn_and_stay_in_range():
     contexts, weights = models()
-    coder = encoder(contexts, weights, 1000)
+    coder = range_encoder(contexts, weights, 1000)
     for _ in range(3000):
         code_bit(coder, 1, 0, 1, 2, 0)
     assert contexts[0, 0] > 0.99 * 2**22 and contexts[0, 0] < 2**22 and contexts[0, 1] == contexts[0, 2]
-    assert len(finish(coder)) < 30
+    assert len(finish_encoding(coder)) < 30
 
 
 @given(st.integers(0, 2**63 - 1), st.binary(max_size=3))

@@ -11,7 +11,7 @@ LEVELS = hierarchy(icosphere(0).F, 12, 2)
 
 def test_numbers_split_into_level_and_face():
     number = np.arange(20 + 80)
-    level, face = importance.split(number, LEVELS[:-1])
+    level, face = importance.split_numbers(number, LEVELS[:-1])
     assert (level == (number >= 20)).all()
     assert (face == np.where(number >= 20, number - 20, number)).all()
 

@@ -96,14 +96,14 @@ def test_impossible_budgets_are_refused():
 
 @given(st.integers(300, 10**7), st.integers(0, 10**5))
 def test_more_bytes_never_mean_fewer_base_faces(size, more):
-    small, large = rate_control.base_faces(size), rate_control.base_faces(size + more)
+    small, large = rate_control.base_faces_for(size), rate_control.base_faces_for(size + more)
     assert rate_control.FEWEST <= small <= large <= rate_control.MOST
     assert 1.5 * small < size or small == rate_control.FEWEST  # what a face costs at least
 
 
 @given(st.integers(4, 100_000))
 def test_levels_end_before_the_finest_has_too_many_faces(faces):
-    count = rate_control.levels(faces)
+    count = rate_control.level_count_for(faces)
     assert 1 <= count <= rate_control.LEVELS
     assert count == 1 or faces * 4**count <= rate_control.FINEST
     assert count == rate_control.LEVELS or faces * 4 ** (count + 1) > rate_control.FINEST

@@ -27,7 +27,7 @@ def make_stream() -> bytes:
     order = canonical_order(F, len(V))
     ints, _ = quantize_positions(V[order.vertices], 12)
     level, face, value = some_features(len(F), 3, 100, np.random.default_rng(0))
-    model = weights.load()
+    model = weights.load_weights()
     header = replace(HEADER, model_id=model.model_id, weights_hash=model.digest, total_features=len(level))
     return write_stream(header, ints, order.F, level, face, value)
 

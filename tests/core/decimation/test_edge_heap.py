@@ -3,7 +3,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from npm_blender.core.decimation.edge_heap import DEAD, REJECTED, heapify, put, take
+from npm_blender.core.decimation.edge_heap import DEAD, REJECTED, heapify_edges, put_edge, take_edge
 
 EDGES = 12
 STEPS = st.lists(st.tuples(st.sampled_from(["put", "take", "pop"]), st.integers(0, EDGES - 1), st.integers(0, 5)), max_size=60)
@@ -20,19 +20,19 @@ def test_holds_the_prices_that_were_put_and_the_cheapest_comes_first(first, step
     size = len(first)
     heap[:size], key[:size] = np.arange(size)[::-1], first
     prices = {int(heap[at]): key[at] for at in range(size)}
-    heapify(heap, key, place, size)
+    heapify_edges(heap, key, place, size)
     for what, e, price in steps:
         if what == "put":
-            size = put(heap, key, place, e, float(price), size)
+            size = put_edge(heap, key, place, e, float(price), size)
             prices[e] = price
         elif what == "take" or not size:
-            size = take(heap, key, place, e, DEAD, size)
+            size = take_edge(heap, key, place, e, DEAD, size)
             prices.pop(e, None)
             assert place[e] == DEAD
         else:
             e = int(heap[0])
             assert key[0] == min(prices.values())
-            size = take(heap, key, place, e, REJECTED, size)
+            size = take_edge(heap, key, place, e, REJECTED, size)
             del prices[e]
             assert place[e] == REJECTED
         assert is_heap(heap, key, place, size)

@@ -13,7 +13,6 @@ from npm_blender.core.evaluation.metrics import Original
 from npm_blender.core.mesh.topology import opposite_halfedges, topology_of
 from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.parameterization.collapse_record import FIRST, SIDES
-from npm_blender.core.parameterization.surface_map import coarse_to_fine, fine_to_coarse
 from npm_blender.core.settings import AUTO
 
 from ..shapes import bumpy
@@ -63,7 +62,7 @@ def test_topology_target_and_map_hold(shape, seed, target, variant):
     assert len(out.F0) == target - (target % 2 and not one.border_loops) or out.message
     random = np.random.default_rng(seed)
     face, b = random.integers(0, len(out.F0), 300), random.dirichlet(np.ones(3), 300)
-    back = fine_to_coarse(out, *coarse_to_fine(out, face, b))
+    back = out.surface_map.fine_to_coarse(*out.surface_map.coarse_to_fine(face, b))
     assert np.abs(at(out.V0, out.F0, face, b) - at(out.V0, out.F0, *back)).max() < 1e-6
 
 

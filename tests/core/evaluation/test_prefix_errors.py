@@ -28,7 +28,7 @@ def stream(original):
 
 @pytest.fixture(scope="module")
 def measured(original, stream):
-    return prefix_errors.measure(stream, original)
+    return prefix_errors.measure_prefixes(stream, original)
 
 
 def test_every_stop_and_level_is_measured(measured, stream, original):
@@ -55,7 +55,7 @@ def test_between_stops_nothing_is_claimed_but_what_was_measured_on_both_sides(me
 
 
 def test_text_and_back(measured):
-    again = prefix_errors.from_text(measured.to_text())
+    again = prefix_errors.prefix_errors_from_text(measured.to_text())
     assert again.features == measured.features and again.bytes == measured.bytes
     assert again.errors[2][0].d_pm == pytest.approx(measured.errors[2][0].d_pm, rel=1e-3)
     assert again.to_text() == measured.to_text()
@@ -83,7 +83,7 @@ DAMAGE = {
 @pytest.mark.parametrize("damage", DAMAGE.values(), ids=DAMAGE.keys())
 def test_damaged_text_is_refused_in_one_line(measured, damage):
     with pytest.raises(StreamError, match="Expected measured errors as JSON, found damaged text"):
-        prefix_errors.from_text(damage(json.loads(measured.to_text())))
+        prefix_errors.prefix_errors_from_text(damage(json.loads(measured.to_text())))
 
 
 def test_measuring_can_be_cancelled(original, stream):
@@ -93,4 +93,4 @@ def test_measuring_can_be_cancelled(original, stream):
             raise Cancelled("Cancelled")
 
     with pytest.raises(Cancelled):
-        prefix_errors.measure(stream, original, cancel)
+        prefix_errors.measure_prefixes(stream, original, cancel)

@@ -9,7 +9,14 @@ from npm_blender.core.network.decoder import decode
 from npm_blender.core.network.encoder import details, encode
 from npm_blender.core.network.mesh_index import MeshIndex
 from npm_blender.core.network.numpy_backend import NUMPY
-from npm_blender.core.network.parameters import NetworkConfig, flatten, folded, initial_parameters, map_tree, unflatten
+from npm_blender.core.network.parameters import (
+    NetworkConfig,
+    flatten_tree,
+    folded,
+    initial_parameters,
+    map_tree,
+    unflatten_tree,
+)
 from npm_blender.core.network.torch_backend import TorchBackend
 from tests.shapes import grid, icosphere, torus
 
@@ -22,7 +29,7 @@ def busy_parameters(seed=0):
     random = np.random.default_rng(seed)
     tree = initial_parameters(NetworkConfig((6, 5), (5, 4)), seed)
     noise = map_tree(lambda x: (x + 0.02 * random.normal(size=x.shape)).astype(np.float32), tree)
-    return unflatten({k: np.abs(v) if k.endswith("var") else v for k, v in flatten(noise).items()})
+    return unflatten_tree({k: np.abs(v) if k.endswith("var") else v for k, v in flatten_tree(noise).items()})
 
 
 def sequence(mesh, levels, seed=0):
@@ -61,7 +68,7 @@ def test_folding_batch_normalization_changes_nothing(name):
     mesh = indices(NUMPY, lods)
     f = encode(NUMPY, params, V, mesh)
     short = folded(params)
-    assert not any("gamma" in k for k in flatten(short))
+    assert not any("gamma" in k for k in flatten_tree(short))
     assert all(np.allclose(a, b, atol=1e-4) for a, b in zip(f, encode(NUMPY, short, V, mesh), strict=True))
     assert np.allclose(decode(NUMPY, params, V[0], f, mesh[:-1])[-1], decode(NUMPY, short, V[0], f, mesh[:-1])[-1], atol=1e-5)
 
@@ -135,6 +142,6 @@ def test_untrained_network_with_direct_path_already_reconstructs(name):
 
 def test_flatten_and_unflatten_are_inverse():
     tree = initial_parameters(NetworkConfig((4, 4), (4,)))
-    again = unflatten(flatten(tree))
-    assert flatten(again).keys() == flatten(tree).keys()
+    again = unflatten_tree(flatten_tree(tree))
+    assert flatten_tree(again).keys() == flatten_tree(tree).keys()
     assert isinstance(again["decoder"], list) and len(again["decoder"]) == 2

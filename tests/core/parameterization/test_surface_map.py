@@ -7,7 +7,7 @@ from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.mesh.topology import opposite_halfedges
 from npm_blender.core.parameterization.collapse_record import AT, FIRST, RING, SIDES
 from npm_blender.core.parameterization.joint_flattening import twice_area
-from npm_blender.core.parameterization.surface_map import _patch, _triangle, coarse_to_fine, fine_to_coarse
+from npm_blender.core.parameterization.surface_map import _patch, _triangle
 
 from .lod_meshes import joined, sheet, sphere, torus, tube
 
@@ -28,7 +28,7 @@ def at(V, F, face, b):
 def test_coarse_to_fine_and_back_is_the_identity(shape, seed, noise, target, variant):
     out = decimate(SHAPES[shape](noise=noise, seed=seed), target, variant)
     face, b = points(len(out.F0), 300, seed)
-    back = fine_to_coarse(out, *coarse_to_fine(out, face, b))
+    back = out.surface_map.fine_to_coarse(*out.surface_map.coarse_to_fine(face, b))
     there, here = at(out.V0, out.F0, face, b), at(out.V0, out.F0, *back)
     assert np.abs(there - here).max() < 1e-6
 
@@ -38,16 +38,16 @@ def test_fine_to_coarse_and_back_is_the_identity(shape):
     mesh = SHAPES[shape](noise=0.005)
     out = decimate(mesh, 100)
     face, b = points(len(mesh.F), 2000, 1)
-    back = coarse_to_fine(out, *fine_to_coarse(out, face, b))
+    back = out.surface_map.coarse_to_fine(*out.surface_map.fine_to_coarse(face, b))
     assert np.abs(at(mesh.V, mesh.F, face, b) - at(mesh.V, mesh.F, *back)).max() < 1e-6
 
 
 def test_barycentrics_are_convex_and_faces_in_range():
     mesh = torus()
     out = decimate(mesh, 60)
-    face, b = coarse_to_fine(out, *points(60, 5000, 2))
+    face, b = out.surface_map.coarse_to_fine(*points(60, 5000, 2))
     assert (b >= 0).all() and np.allclose(b.sum(1), 1) and face.min() >= 0 and face.max() < len(mesh.F)
-    face, b = fine_to_coarse(out, *points(len(mesh.F), 5000, 3))
+    face, b = out.surface_map.fine_to_coarse(*points(len(mesh.F), 5000, 3))
     assert (b >= 0).all() and np.allclose(b.sum(1), 1) and face.min() >= 0 and face.max() < 60
 
 
@@ -55,7 +55,7 @@ def test_the_map_stays_near_and_covers_the_surface():
     mesh = sphere(4)
     out = decimate(mesh, 400)
     face, b = points(400, 20000, 4)
-    on, fine = at(out.V0, out.F0, face, b), coarse_to_fine(out, face, b)
+    on, fine = at(out.V0, out.F0, face, b), out.surface_map.coarse_to_fine(face, b)
     assert np.linalg.norm(on - at(mesh.V, mesh.F, *fine), axis=1).max() < 0.08
     assert len(np.unique(fine[0])) > 0.95 * len(mesh.F)
 
@@ -70,7 +70,7 @@ def test_a_shared_edge_maps_to_the_same_points_from_both_sides():
     one[h, h % 3], one[h, (h + 1) % 3] = 1 - s, s
     o = opposite[h]
     two[h, o % 3], two[h, (o + 1) % 3] = s, 1 - s
-    a, b = coarse_to_fine(out, h // 3, one), coarse_to_fine(out, o // 3, two)
+    a, b = out.surface_map.coarse_to_fine(h // 3, one), out.surface_map.coarse_to_fine(o // 3, two)
     assert np.abs(at(mesh.V, mesh.F, *a) - at(mesh.V, mesh.F, *b)).max() < 1e-6
 
 
@@ -83,7 +83,7 @@ def test_the_border_maps_onto_the_border_in_order(shape):
         s = np.linspace(0, 1, 9)[1:-1]
         b = np.zeros((len(s), 3))
         b[:, h % 3], b[:, (h % 3 + 1) % 3] = 1 - s, s
-        face, b = coarse_to_fine(out, np.full(len(s), h // 3), b)
+        face, b = out.surface_map.coarse_to_fine(np.full(len(s), h // 3), b)
         for f, w in zip(face, b, strict=True):
             sides = [3 * f + k for k in range(3) if w[(k + 2) % 3] == 0]
             assert any(fine[g] == g for g in sides) or (w == 1).any()
@@ -93,13 +93,13 @@ def test_components_do_not_mix():
     mesh = joined(sphere(2), torus(), sheet())
     out = decimate(mesh, 120)
     face, b = points(120, 2000, 5)
-    base, fine = at(out.V0, out.F0, face, b), at(mesh.V, mesh.F, *coarse_to_fine(out, face, b))
+    base, fine = at(out.V0, out.F0, face, b), at(mesh.V, mesh.F, *out.surface_map.coarse_to_fine(face, b))
     assert np.linalg.norm(base - fine, axis=1).max() < 0.15
 
 
 def test_no_points_give_no_points():
     out = decimate(sphere(), 60)
-    face, b = coarse_to_fine(out, np.zeros(0, np.int32), np.zeros((0, 3)))
+    face, b = out.surface_map.coarse_to_fine(np.zeros(0, np.int32), np.zeros((0, 3)))
     assert face.shape == (0,) and b.shape == (0, 3)
 
 
@@ -109,7 +109,7 @@ def test_the_map_holds_down_to_the_smallest_base(shape, seed, noise):
     mesh = SHAPES[shape](noise=noise, seed=seed)
     out = decimate(mesh, 4)
     face, b = points(len(mesh.F), 500, seed)
-    back = coarse_to_fine(out, *fine_to_coarse(out, face, b))
+    back = out.surface_map.coarse_to_fine(*out.surface_map.fine_to_coarse(face, b))
     assert np.abs(at(mesh.V, mesh.F, face, b) - at(mesh.V, mesh.F, *back)).max() < 1e-4
 
 

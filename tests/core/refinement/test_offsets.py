@@ -10,7 +10,7 @@ from npm_blender.core.network.decoder import decode
 from npm_blender.core.network.frames import edge_frames
 from npm_blender.core.network.mesh_index import MeshIndex
 from npm_blender.core.network.numpy_backend import NUMPY
-from npm_blender.core.network.weights import load
+from npm_blender.core.network.weights import load_weights
 from npm_blender.core.refinement.descent import Target
 from npm_blender.core.refinement.offset_fit import OffsetFit
 from npm_blender.core.refinement.offset_trace import traced_offsets
@@ -18,7 +18,7 @@ from npm_blender.core.refinement.refiner import Refiner
 from npm_blender.core.settings import LodSettings
 from tests.shapes import bumpy, grid
 
-PARAMS = load().params
+PARAMS = load_weights().params
 STEPS = np.array([1e-3, 1.4e-3], np.float32)
 
 

@@ -13,7 +13,7 @@ from npm_blender.core.levels.lod_sequence import build_lod
 from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.network import torch_backend
-from npm_blender.core.network.weights import load
+from npm_blender.core.network.weights import load_weights
 from npm_blender.core.refinement.descent import Target
 from npm_blender.core.refinement.offset_fit import OffsetFit
 from npm_blender.core.refinement.refiner import Refiner, _values
@@ -57,7 +57,7 @@ def test_refinement_is_deterministic():
 def test_features_that_do_harm_are_left_out_and_the_others_stay():
     """One feature that helps and one that spoils another corner of the mesh: pruning keeps the first."""
     unit, lod, levels = in_unit_frame("closed")
-    refiner = Refiner(load().params, Target(unit, ClosestPoints(unit), lod, levels), 1)
+    refiner = Refiner(load_weights().params, Target(unit, ClosestPoints(unit), lod, levels), 1)
     base = refiner.B.array(lod.V0)
     none = [refiner.torch.zeros(len(level.F), 8) for level in levels[:-1]]
     error = [float(refiner.face_errors(base, none)[0].mean())]
@@ -96,7 +96,7 @@ def test_everything_stays_on_the_chosen_device(monkeypatch):
     monkeypatch.setattr(torch_backend.TorchBackend, "numpy", numpy)
     unit, lod, levels = in_unit_frame("closed")
     compute = ComputeSettings(device="gpu")
-    refiner = Refiner(load().params, Target(unit, NoSurface(), lod, levels), 1, compute=compute)
+    refiner = Refiner(load_weights().params, Target(unit, NoSurface(), lod, levels), 1, compute=compute)
     assert refiner.base(lod.V0).shape == lod.V0.shape
     features = [np.ones((len(level.F), 8), np.float32) for level in levels[:-1]]
     assert [f.shape for f in refiner.level_by_level(lod.V0, features, 1.0)] == [f.shape for f in features]
@@ -140,4 +140,4 @@ def test_a_torch_that_does_not_load_is_one_line(monkeypatch):
     monkeypatch.setattr(sys, "meta_path", [Broken(), *sys.meta_path])
     monkeypatch.delitem(sys.modules, "torch")
     with pytest.raises(DependencyError, match=r"Expected torch to load, found: \[WinError 126\] c10.dll or one of its"):
-        Refiner(load().params, Target(unit, NoSurface(), lod, levels), 1)
+        Refiner(load_weights().params, Target(unit, NoSurface(), lod, levels), 1)

@@ -1,8 +1,8 @@
 """The order of a mesh in memory: what is near on the surface is near in memory, so that loops over it find it cached."""
 import numpy as np
 
-from ..mesh.radix_order import order_of
-from ..mesh.triangle_mesh import TriMesh
+from .radix_order import radix_argsort
+from .triangle_mesh import TriMesh
 
 GRID = 1024  # cells per axis of the curve along which queries are answered
 
@@ -24,14 +24,14 @@ def in_morton_order(mesh: TriMesh) -> TriMesh:
     low = columns.min(1)
     extent = max(float((columns.max(1) - low).max()), 1e-300)
     x, y, z = ((columns - low[:, None]) / extent * (2**BITS - 1)).astype(np.int64)
-    order = order_of(_spread(x) | (_spread(y) << 1) | (_spread(z) << 2))
+    order = radix_argsort(_spread(x) | (_spread(y) << 1) | (_spread(z) << 2))
     place = np.empty(len(order), np.int32)
     place[order] = np.arange(len(order), dtype=np.int32)
-    F = place.take(mesh.F)  # numpy takes rows several times faster by `take` than by an index
-    return TriMesh(mesh.V.take(order, 0), F.take(order_of(np.minimum(np.minimum(F[:, 0], F[:, 1]), F[:, 2])), 0))
+    F = place.take(mesh.F)  # numpy takes rows several times faster by `take_edge` than by an index
+    return TriMesh(mesh.V.take(order, 0), F.take(radix_argsort(np.minimum(np.minimum(F[:, 0], F[:, 1]), F[:, 2])), 0))
 
 
-def boxes(P: np.ndarray, most: int) -> np.ndarray:
+def spatial_boxes(P: np.ndarray, most: int) -> np.ndarray:
     """Points P (n, 3) divided into boxes of at most `most` points, by halves along the longest side: box (n,) int32."""
     out = np.zeros(len(P), np.int32)
     groups, found = [(np.arange(len(P)), np.ascontiguousarray(P.T))], 0
@@ -48,7 +48,7 @@ def boxes(P: np.ndarray, most: int) -> np.ndarray:
     return out
 
 
-def _along_curve(P: np.ndarray) -> np.ndarray:
+def along_curve(P: np.ndarray) -> np.ndarray:
     """Order of P (n, 3) along a Z-order curve of its bounding box, (n,) int64."""
     if len(P) == 0:
         return np.zeros(0, np.int64)

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from npm_blender.core.geometry.spatial_order import boxes, in_morton_order
+from npm_blender.core.mesh.spatial_order import in_morton_order, spatial_boxes
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 
 from .lod_meshes import torus
@@ -41,7 +41,7 @@ def test_points_in_one_place_and_no_points_at_all():
 
 @given(st.integers(1, 400), st.integers(1, 60), st.integers(0, 2**32 - 1))
 def test_boxes_are_full_enough_and_no_fuller_than_asked(n, most, seed):
-    box = boxes(np.random.default_rng(seed).random((n, 3)), most)
+    box = spatial_boxes(np.random.default_rng(seed).random((n, 3)), most)
     sizes = np.bincount(box)
     assert sizes.max() <= most and (sizes.min() >= most // 2 or len(sizes) == 1)
     assert sizes.sum() == n and (sizes > 0).all()
@@ -49,11 +49,11 @@ def test_boxes_are_full_enough_and_no_fuller_than_asked(n, most, seed):
 
 def test_boxes_do_not_overlap():
     P = np.random.default_rng(1).random((1000, 3))
-    box = boxes(P, 100)
+    box = spatial_boxes(P, 100)
     low, high = (np.array([f(P[box == k], axis=0) for k in range(box.max() + 1)]) for f in (np.min, np.max))
     overlap = (low[:, None] < high[None]).all(2) & (low[None] < high[:, None]).all(2)
     assert overlap.sum() == len(low)
 
 
 def test_points_in_one_place_are_divided_too():
-    assert np.bincount(boxes(np.zeros((100, 3)), 30)).max() <= 30
+    assert np.bincount(spatial_boxes(np.zeros((100, 3)), 30)).max() <= 30
