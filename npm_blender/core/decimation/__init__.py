@@ -7,7 +7,6 @@ from .qem import Decimation, decimate
 from .quadric import best_point, edge_costs
 
 __all__ = [
-    "needs_compiling",
     "DEAD",
     "Decimation",
     "REJECTED",
@@ -21,6 +20,7 @@ __all__ = [
     "heapify_edges",
     "is_border",
     "link_condition_holds",
+    "needs_compiling",
     "put_edge",
     "shape_holds",
     "take_edge",

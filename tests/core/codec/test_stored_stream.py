@@ -57,14 +57,14 @@ def test_opens_to_the_same_mesh_as_the_stream():
         assert np.array_equal(opened.decode_positions(features, level), direct.decode_positions(features, level))
 
 
-def test_opening_needs_no_numba(tmp_path):
+def test_the_receivers_way_loads_no_numba_and_no_torch(tmp_path):
     received = receive(DATA)
     (tmp_path / "data").write_bytes(received.data)
     (tmp_path / "arrays").write_bytes(received.arrays)
     code = ("import sys; sys.path.insert(0, sys.argv[1]); from pathlib import Path; "
-            "from npm_blender.core.codec.stored_stream import Received; "
-            "mesh = Received(*(Path(p).read_bytes() for p in ('data', 'arrays'))).open().decode(); "
-            "sys.exit('numba' in sys.modules or len(mesh.F) == 0)")
+            "from npm_blender.core.codec.stored_stream import StoredStream; "
+            "mesh = StoredStream(*(Path(p).read_bytes() for p in ('data', 'arrays'))).open().decode(); "
+            "sys.exit(any(m in sys.modules for m in ('numba', 'torch', 'trimesh')) or len(mesh.F) == 0)")
     assert subprocess.run([sys.executable, "-c", code, str(ROOT)], cwd=tmp_path).returncode == 0
 
 
