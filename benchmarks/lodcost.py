@@ -21,7 +21,7 @@ from npm_blender.core.decimation import decimate
 from npm_blender.core.levels import build_levels
 from npm_blender.core.mesh import TriMesh, UnitFrame, in_morton_order
 from npm_blender.core.parallel import threads
-from tests.shapes import bumpy, torus
+from tests.meshes.shapes import bumpy, torus
 
 BASE_FACES, LEVELS, REPEATS = 400, 3, 3
 SMALL, LARGE = 6, 8  # subdivisions of the sphere with bumps: 81,920 and 1,310,720 faces

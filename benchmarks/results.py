@@ -51,7 +51,7 @@ class Results:
         return {mesh: row[key] for mesh, row in found.items() if row is not None}
 
     def only(self, keep: Callable[[dict], bool]) -> "Results":
-        """The same without the rows that `save_weights` refuses."""
+        """The same without the rows that `save` refuses."""
         rows = {
             method: {mesh: {k: row for k, row in found.items() if keep(row)} for mesh, found in meshes.items()}
             for method, meshes in self.rows.items()

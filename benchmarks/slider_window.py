@@ -116,7 +116,7 @@ def positions_of(mesh: bpy.types.Mesh) -> np.ndarray:
 
 
 class Clock:
-    """Milliseconds of processor time of the window's thread in the extension's updates, since `take_edge` was called."""
+    """Milliseconds of processor time of the window's thread in the extension's updates, since `take` was called."""
 
     def __init__(self, updates) -> None:
         """updates: the extension's module preview.updates."""

@@ -119,7 +119,7 @@ def _all(repeats: int, depth: int, slow: bool, groups: list[str]) -> dict:
     import torch
 
     from npm_blender.core.mesh import TriMesh, UnitFrame
-    from tests.shapes import bumpy
+    from tests.meshes.shapes import bumpy
 
     torch.set_num_threads(1)
     mesh = bumpy(depth)

@@ -8,8 +8,7 @@ import numpy as np
 
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.meshio.mesh_files import read_mesh
-
-from .dirty_meshes import (
+from tests.meshes.dirty_meshes import (
     bipyramid,
     book,
     box,

@@ -14,7 +14,7 @@ from .stencils import refinement
 
 @dataclass(frozen=True)
 class Scheme:
-    """Base faces F0 (m0, 3), subdivided `build_levels` times with `smooth` (see stencils.refinement)."""
+    """Base faces F0 (m0, 3), subdivided `levels` times with `smooth` (see stencils.refinement)."""
 
     F0: np.ndarray
     n0: int

@@ -36,7 +36,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def build_parser(prog: str) -> argparse.ArgumentParser:
-    """The whole argument tree under the name `prog`; each verb's namespace carries its function as `run_collapses`."""
+    """The whole argument tree under the name `prog`; each verb's namespace carries its function as `run`."""
     parser = OneLineParser(
         prog=prog,
         allow_abbrev=False,

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class ReadJob(Job):
-    """Read .npmesh files; the result is a Received for each, or the NpmError that says why there is none."""
+    """Read .npmesh files; the result is a StoredStream for each, or the NpmError that says why there is none."""
 
     def __init__(self, paths: list[Path], scratch: str | None = None,
                  machine: WorkerSettings | None = None) -> None:

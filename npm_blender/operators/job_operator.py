@@ -14,7 +14,7 @@ Steps = Generator[None, None, set | None]
 
 
 class JobOperator:
-    """Mix-in of an operator: `run_job` takes a job that has started, `finish_encoding` gets its result.
+    """Mix-in of an operator: `run_job` takes a job that has started, `finish` gets its result.
 
     In a window, an operator that was invoked runs modal: progress in the status bar and the panel, Esc cancels. From a
     script or in the background it blocks until the job has ended.

@@ -24,6 +24,6 @@ def receive(data: bytes) -> "StoredStream":
 
 
 def open_received(received: "StoredStream") -> "ProgressiveMesh":
-    """`Received.open`. Raises StreamError, WeightsError or DependencyError."""
+    """`StoredStream.open`. Raises StreamError, WeightsError or DependencyError."""
     with named_dependencies():
         return received.open()

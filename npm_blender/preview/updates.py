@@ -62,7 +62,7 @@ def is_busy() -> bool:
 
 
 def show_or_say(obj: bpy.types.Object) -> None:
-    """`evaluate_at` where no operator could report: the panel says what is wrong."""
+    """`show` where no operator could report: the panel says what is wrong."""
     start = time.perf_counter()
     try:
         if levels.show(obj):

@@ -148,7 +148,7 @@ def shown_is_decoded(obj: bpy.types.Object) -> None:
     """Fail unless the mesh of the preview is exactly what its stream decodes to."""
     V = np.zeros((len(obj.data.vertices), 3), dtype=np.float32)
     obj.data.vertices.foreach_get("co", V.reshape(-1))
-    received = module("core.codec.stored_stream").Received(obj["npmesh_stream"], obj["npmesh_arrays"])
+    received = module("core.codec.stored_stream").StoredStream(obj["npmesh_stream"], obj["npmesh_arrays"])
     mesh = received.open().decode(features=obj.npmesh.features, level=int(obj.npmesh.level))
     assert np.array_equal(V, mesh.V.astype(np.float32)), "the mesh is not what the stream decodes to"
 

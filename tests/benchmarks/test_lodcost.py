@@ -3,7 +3,7 @@ import pytest
 pytest.importorskip("igl")
 from benchmarks import lodcost  # noqa: E402
 from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame  # noqa: E402
-from tests.shapes import bumpy  # noqa: E402
+from tests.meshes.shapes import bumpy  # noqa: E402
 
 
 def unit(depth):

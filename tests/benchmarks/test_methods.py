@@ -7,7 +7,7 @@ from benchmarks.methods import METHODS, drc, load, qslim, schemes, search, subdi
 from benchmarks.methods.case import Case
 from npm_blender.core.geometry.closest_point import ClosestPoints
 from npm_blender.core.settings import CompressSettings
-from tests.shapes import bumpy, grid
+from tests.meshes.shapes import bumpy, grid
 
 CODERS = ("qslim_draco", "meshopt", "draco", "loop", "butterfly", "subdivfit")
 BUDGETS = (1_000, 4_000)

@@ -7,7 +7,7 @@ from benchmarks.methods import qslim, schemes
 from benchmarks.methods.case import Case
 from npm_blender.core.errors import MeshError
 from npm_blender.core.mesh.triangle_mesh import TriMesh
-from tests.shapes import bumpy, grid
+from tests.meshes.shapes import bumpy, grid
 
 
 @pytest.fixture(scope="module")

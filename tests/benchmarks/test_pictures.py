@@ -12,7 +12,7 @@ from benchmarks import pictures
 from benchmarks.methods.case import Case, Coded
 from corpus.meshes import Entry
 from npm_blender.core.errors import SettingsError
-from tests.shapes import icosphere
+from tests.meshes.shapes import icosphere
 
 ROOT = Path(__file__).parents[2]
 ENTRIES = [Entry(f"m{i}", Path(f"m{i}.ply"), 100 * i, "") for i in range(9)]
@@ -23,7 +23,7 @@ from pathlib import Path
 from benchmarks import pictures
 from benchmarks.methods.case import Case, Coded
 from npm_blender.demo import sheet
-from tests.shapes import icosphere
+from tests.meshes.shapes import icosphere
 
 sheet.PIXELS_PER_CELL = 96
 found = [("ours", Coded(icosphere(2), 1234, "")), ("nobody's", None), ("other", Coded(icosphere(1), 999, ""))]

@@ -10,7 +10,7 @@ from npm_blender.core.errors import StreamError
 from npm_blender.core.geometry.closest_point import ClosestPoints
 from npm_blender.core.geometry.sampling import sample
 from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
-from tests.core.lod_meshes import sheet, sphere, torus, tube
+from tests.meshes.lod_meshes import sheet, sphere, torus, tube
 
 MESHES = {"sphere": sphere(4, 0.002), "torus": torus(noise=0.002), "sheet": sheet(noise=0.002), "tube": tube(noise=0.002)}
 

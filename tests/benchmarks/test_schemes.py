@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 from benchmarks.methods import schemes
 from npm_blender.core.mesh.subdivision import Level
 from npm_blender.core.mesh.triangle_mesh import TriMesh
-from tests.shapes import bumpy, grid, icosphere, torus
+from tests.meshes.shapes import bumpy, grid, icosphere, torus
 
 BOTH = (schemes.loop, schemes.butterfly)
 SHAPES = {"closed": bumpy(1), "open": grid(6), "genus 1": torus(8, 6), "fan": TriMesh(

@@ -13,7 +13,7 @@ from npm_blender.core.errors import StreamError
 from npm_blender.core.geometry.sampling import sample
 from npm_blender.core.mesh.subdivision import Level
 from npm_blender.core.mesh.triangle_mesh import TriMesh
-from tests.core.lod_meshes import sheet, sphere, torus
+from tests.meshes.lod_meshes import sheet, sphere, torus
 
 
 def wavy(mesh):

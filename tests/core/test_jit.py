@@ -8,8 +8,7 @@ from npm_blender.core import jit
 from npm_blender.core.cleaning.cleanup import clean
 from npm_blender.core.levels.lod_sequence import build_lod
 from npm_blender.core.settings import LodSettings
-
-from .lod_meshes import sheet
+from tests.meshes.lod_meshes import sheet
 
 MODULE = '''
 from typing import NamedTuple

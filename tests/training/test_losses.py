@@ -5,7 +5,7 @@ import torch
 from npm_blender.core.mesh.subdivision import Level
 from npm_blender.core.network.mesh_index import MeshIndex
 from npm_blender.core.network.torch_backend import TorchBackend
-from tests.shapes import icosphere
+from tests.meshes.shapes import icosphere
 from training import losses
 
 B = TorchBackend()

@@ -12,7 +12,7 @@ from npm_blender.core.mesh.subdivision import hierarchy, midpoints
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.meshio.mesh_files import write_mesh
 from npm_blender.core.settings import LodSettings
-from tests.shapes import bumpy, grid, icosphere, torus
+from tests.meshes.shapes import bumpy, grid, icosphere, torus
 from training import sequences
 from training.neural_subdivision.flaps import Flaps, Frames, differential
 from training.neural_subdivision.network import NeuralSubdivision, read, subdivide

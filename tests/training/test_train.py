@@ -8,7 +8,7 @@ import pytest
 
 from npm_blender.core.meshio.mesh_files import write_mesh
 from npm_blender.core.network import weights
-from tests.shapes import bumpy
+from tests.meshes.shapes import bumpy
 from training import sequences
 
 ROOT = Path(__file__).parents[2]

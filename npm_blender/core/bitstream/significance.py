@@ -43,7 +43,7 @@ class Sent(NamedTuple):
 
 
 def faces_of(F0: np.ndarray, levels: int, passes: int) -> Faces:
-    """The faces of `build_levels` groups of latents, and of as many of offsets in each pass, over the base faces F0 (m0, 3)."""
+    """The faces of `levels` groups of latents, and of as many of offsets in each pass, over the base faces F0 (m0, 3)."""
     opposite = opposite_halfedges(F0).astype(np.int64)
     first, tables = [0], []
     for i in range(levels):

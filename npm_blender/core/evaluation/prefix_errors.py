@@ -23,7 +23,7 @@ _LIMIT = 1_000_000  # characters of a text that is worth reading
 
 @dataclass(frozen=True)
 class StopErrors:
-    """The errors of one stop, as in `metrics.Metrics`: distances in 1e-4 of `Quality.size`, the angle in degrees."""
+    """The errors of one stop, as in `metrics.Metrics`: distances in 1e-4 of `PrefixErrors.size`, the angle in degrees."""
 
     d_pm: float
     d_p99: float

@@ -1,7 +1,7 @@
 """A bounding volume hierarchy over triangles for exact closest-point queries, in float64, compiled by numba.
 
 Built top down by a binned surface-area heuristic along the longest axis of the centroids. Nodes lie in two arrays:
-`spatial_boxes` (k, 6) float64, low corner then high corner, and `links` (k, 2) int32: for an inner node (left child, 0), its
+`boxes` (k, 6) float64, low corner then high corner, and `links` (k, 2) int32: for an inner node (left child, 0), its
 right child is left + 1; for a leaf (first triangle, count) with count > 0. Triangles are stored in leaf order as
 `corners` (m, 9) float64, three corners a row; `order` (m,) int32 is the face of each row.
 """

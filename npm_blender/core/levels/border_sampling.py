@@ -163,7 +163,7 @@ def _slide(V, corner, out, fine_corner, fine_out, bases, count, half, share, fac
 
 def follow_border(mesh: TriMesh, opposite: np.ndarray, levels: list[Level], face: np.ndarray,
                   b: np.ndarray) -> None:
-    """Slide the border vertices of the finest of `build_levels` along the input's border, in place: face (n,), b (n, 3).
+    """Slide the border vertices of the finest of `levels` along the input's border, in place: face (n,), b (n, 3).
 
     opposite (3 m,): opposite half-edges of the mesh. Base vertices stay. A base edge whose vertices do not follow each
     other on the loop is left as it is.

@@ -39,7 +39,7 @@ class LodSequence:
 
 def build_levels(decimation: Decimation, levels: int, order: Renumbering | None = None, fitted: bool = True,
                  progress: Progress = no_progress) -> LodSequence:
-    """Map the vertices of the `level_count_for` times subdivided base onto the input surface, and fit them to it.
+    """Map the vertices of the `levels` times subdivided base onto the input surface, and fit them to it.
 
     order renumbers the base first; fitted: False leaves the vertices where the map puts them. Vertices and faces are
     numbered as in `subdivide.hierarchy`. Border vertices of the subdivided base lie on the border of the input, where they

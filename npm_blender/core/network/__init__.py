@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .numpy_backend import NUMPY
     from .parameters import NetworkConfig, flatten_tree, folded, initial_parameters, map_tree, unflatten_tree
     from .torch_backend import TorchBackend, torch_device
-    from .weights import Weights, load_weights
+    from .weights import Weights, load_weights, save_weights
 
 __all__ = [
     "EDGES",
@@ -36,6 +36,7 @@ __all__ = [
     "load_weights",
     "map_tree",
     "predict",
+    "save_weights",
     "torch_device",
     "unflatten_tree",
 ]
@@ -48,5 +49,5 @@ __getattr__, __dir__ = lazy_exports(__name__, {
     "numpy_backend": ("NUMPY",),
     "parameters": ("NetworkConfig", "flatten_tree", "folded", "initial_parameters", "map_tree", "unflatten_tree",),
     "torch_backend": ("TorchBackend", "torch_device",),
-    "weights": ("Weights", "load_weights",),
+    "weights": ("Weights", "load_weights", "save_weights"),
 })

@@ -1,4 +1,4 @@
-"""Sizes and initial values of the network's parameters; the forward passes are in `range_encoder` and `range_decoder`.
+"""Sizes and initial values of the network's parameters; the forward passes are in `encoder` and `decoder`.
 
 Parameters are a plain tree of dicts and lists of arrays, so that both backends, the optimiser and the weight file see
 the same thing.

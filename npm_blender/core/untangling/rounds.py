@@ -110,7 +110,7 @@ def untangle(surface: TraceMesh, points: SurfacePoints, levels: list[Level], hom
              progress: Progress = no_progress) -> None:
     """Move the points on the surface so that fewer faces of the levels through them are turned over; changes points.
 
-    The first n points are the vertices of the finest of `build_levels`; the rest, which may be missing, the middles of its
+    The first n points are the vertices of the finest of `levels`; the rest, which may be missing, the middles of its
     edges: they follow ends that moved. home (n0, 3): the base vertices. Border vertices stay.
     Deterministic, in bounded time. Raises whatever `progress` raises.
     """

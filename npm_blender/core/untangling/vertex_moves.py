@@ -18,7 +18,7 @@ SIDE = (1.0, 0.4)  # of the way from a neighbour to the middle of the ring
 
 @compiled
 def score(rings, points, v, levels, most, highest):
-    """Number of turned faces round v over the first `build_levels` levels, the sum of their cosines; of the last level the
+    """Number of turned faces round v over the first `levels` levels, the sum of their cosines; of the last level the
     bulge and the projected area. Stops at more than `most` turned ones and at a bulge above `highest`: most places fail
     at their first faces."""
     P, N = points.P, points.N
@@ -79,7 +79,7 @@ def _across(P, N, v, p, q, clear):
 
 @compiled
 def relocate_vertex(surface, rings, points, f, c, level, levels, w, best, where, thorough, covered):
-    """Move corner c of face f, which is of a level, to the best place found over the first `build_levels` levels.
+    """Move corner c of face f, which is of a level, to the best place found over the first `levels` levels.
 
     True if it moved. thorough: whether places near the neighbours are tried; covered: share of the faces' projected area
     that is to stay. w (3,), best (4,), where (4,): work space.

@@ -7,8 +7,7 @@ from hypothesis.extra.numpy import arrays
 from npm_blender.core.bitstream.base_positions import MAX_BITS, decode_positions, encode_positions, quantize_positions
 from npm_blender.core.bitstream.connectivity import canonical_order, encode_connectivity
 from npm_blender.core.errors import MeshError, StreamError
-
-from .base_meshes import TETRAHEDRON, grid, sphere
+from tests.meshes.base_meshes import TETRAHEDRON, grid, sphere
 
 
 def test_quantized_positions_are_the_nearest_of_the_lattice():

@@ -8,8 +8,7 @@ from npm_blender.core.bitstream.connectivity import MAX_FACES, canonical_order, 
 from npm_blender.core.bitstream.varint import write_varint
 from npm_blender.core.errors import MeshError, StreamError
 from npm_blender.core.mesh.topology import topology_of
-
-from .base_meshes import TETRAHEDRON, compact, double_torus, grid, punched, shuffled, sphere
+from tests.meshes.base_meshes import TETRAHEDRON, compact, double_torus, grid, punched, shuffled, sphere
 
 MESHES = {
     "tetrahedron": TETRAHEDRON,

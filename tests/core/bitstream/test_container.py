@@ -15,8 +15,7 @@ from npm_blender.core.bitstream.container import MAGIC, VERSION, Header, read_st
 from npm_blender.core.bitstream.header import MAX_LEVEL_FACES
 from npm_blender.core.errors import StreamError
 from npm_blender.core.mesh.subdivision import hierarchy
-
-from .base_meshes import TETRAHEDRON, some_features, sphere
+from tests.meshes.base_meshes import TETRAHEDRON, some_features, sphere
 
 HEADER = Header("default", b"\1\2\3\4\5\6\7\x08", 3, 12, (0.1, 0.2, 0.4), 0, 100_000, 50_002, (1.0, -2.0, 0.1), 2.5)
 

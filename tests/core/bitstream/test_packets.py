@@ -16,8 +16,7 @@ from npm_blender.core.bitstream.packets import (
 from npm_blender.core.bitstream.significance import faces_of
 from npm_blender.core.errors import StreamError
 from npm_blender.core.mesh.subdivision import hierarchy
-
-from .base_meshes import grid, some_features
+from tests.meshes.base_meshes import grid, some_features
 
 F0 = canonical_order(grid(10, 20, True, True), 200).F     # 400 faces, levels of 400, 1600, 6400
 OPEN = canonical_order(grid(3, 4), 20).F

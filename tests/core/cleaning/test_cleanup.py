@@ -9,7 +9,7 @@ from npm_blender.core.errors import Cancelled, MeshError
 from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from tests.dirty import DIRTY
-from tests.dirty_meshes import (
+from tests.meshes.dirty_meshes import (
     book,
     box,
     joined,

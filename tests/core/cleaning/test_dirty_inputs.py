@@ -18,7 +18,8 @@ from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vert
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.settings import CompressSettings, LodSettings
 from tests.dirty import DIRTY, REFUSED
-from tests.dirty_meshes import (
+from tests.dirty_runs import BASE, LEVELS, Run, Worker, run_case, turned_share, whole_path
+from tests.meshes.dirty_meshes import (
     box,
     glued,
     joined,
@@ -34,7 +35,6 @@ from tests.dirty_meshes import (
     wave,
     without,
 )
-from tests.dirty_runs import BASE, LEVELS, Run, Worker, run_case, turned_share, whole_path
 
 FIRST, EACH = 300, 20  # seconds: the first run of all may compile everything; then a case is killed after EACH
 

@@ -10,7 +10,7 @@ from npm_blender.core.cleaning.self_intersections import SAMPLE, crossing_faces
 from npm_blender.core.cleaning.t_junctions import split_at_junctions
 from npm_blender.core.geometry.closest_point import ClosestPoints
 from npm_blender.core.geometry.welding import near_places
-from tests.dirty_meshes import (
+from tests.meshes.dirty_meshes import (
     box,
     flipped,
     glued,

@@ -9,7 +9,7 @@ from npm_blender.core.cleaning import result_cache, tetwild
 from npm_blender.core.cleaning.cleanup import clean
 from npm_blender.core.errors import Cancelled, DependencyError, MeshError
 from npm_blender.core.mesh.topology import topology_of
-from tests.dirty_meshes import joined, plane, sphere, volume, without
+from tests.meshes.dirty_meshes import joined, plane, sphere, volume, without
 
 
 @pytest.fixture(autouse=True)

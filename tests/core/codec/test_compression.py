@@ -13,7 +13,7 @@ from npm_blender.core.evaluation.metrics import evaluate
 from npm_blender.core.mesh.topology import topology_of
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.settings import CompressSettings, LodSettings
-from tests.shapes import bumpy, grid, torus
+from tests.meshes.shapes import bumpy, grid, torus
 
 SHAPES = {"closed": bumpy(4), "open": grid(40), "torus": torus(60, 30)}
 FAST = CompressSettings(refine_steps=0, lod=LodSettings(base_faces=200))

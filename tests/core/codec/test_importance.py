@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 
 from npm_blender.core.codec import importance
 from npm_blender.core.mesh.subdivision import hierarchy
-from tests.shapes import icosphere
+from tests.meshes.shapes import icosphere
 
 LEVELS = hierarchy(icosphere(0).F, 12, 2)
 

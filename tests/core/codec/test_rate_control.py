@@ -11,8 +11,8 @@ from npm_blender.core.codec.compression import compress, open_stream
 from npm_blender.core.errors import SettingsError
 from npm_blender.core.evaluation.metrics import evaluate
 from npm_blender.core.settings import AUTO, CompressSettings, LodSettings
-from tests.dirty_meshes import many_parts
-from tests.shapes import bumpy, grid, torus
+from tests.meshes.dirty_meshes import many_parts
+from tests.meshes.shapes import bumpy, grid, torus
 
 SHAPES = {"closed": bumpy(5), "open": grid(60), "torus": torus(90, 40)}
 CHOSEN = LodSettings(base_faces=AUTO, levels=AUTO)

@@ -14,9 +14,8 @@ from npm_blender.core.codec.progressive_mesh import open_stream
 from npm_blender.core.codec.stored_stream import StoredStream, pack, receive, unpack
 from npm_blender.core.errors import StreamError
 from npm_blender.core.network import weights
-
-from .base_meshes import some_features, sphere
-from .test_stream import HEADER
+from tests.core.bitstream.test_container import HEADER
+from tests.meshes.base_meshes import some_features, sphere
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -15,9 +15,8 @@ from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.topology import topology_of
 from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.settings import AUTO, LodSettings
-from tests.dirty_meshes import plane, sphere, tube, wave, without
-
-from .test_borders import border_loops
+from tests.core.levels.test_border_sampling import border_loops
+from tests.meshes.dirty_meshes import plane, sphere, tube, wave, without
 
 
 def pierced(holes, seed=0, levels=5, size=0.06, roughness=0.3):

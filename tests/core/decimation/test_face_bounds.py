@@ -8,8 +8,8 @@ from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.mesh.components import component_labels
 from npm_blender.core.mesh.topology import topology_of
 from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
-from tests.dirty_meshes import box, joined, mesh, moved, plane, sphere, tetrahedron, tube, wave, without
-from tests.shapes import torus
+from tests.meshes.dirty_meshes import box, joined, mesh, moved, plane, sphere, tetrahedron, tube, wave, without
+from tests.meshes.shapes import torus
 
 PARTS = {"tetrahedron": tetrahedron, "sphere": sphere, "triangle": lambda: mesh(np.eye(3), [[0, 1, 2]]), "cube": box,
          "sheet": wave, "card": plane, "tube": tube, "torus": lambda: mesh(torus(12, 8).V, torus(12, 8).F)}

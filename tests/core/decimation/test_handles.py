@@ -12,8 +12,7 @@ from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.topology import topology_of
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.settings import AUTO, CompressSettings, LodSettings
-
-from .lod_meshes import grating, joined, sheet, sphere, torus, tube
+from tests.meshes.lod_meshes import grating, joined, sheet, sphere, torus, tube
 
 LEAST = 502  # of a plate with 7 x 7 holes
 

@@ -10,9 +10,8 @@ from npm_blender.core.evaluation.metrics import Original
 from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.settings import AUTO
-
-from ..shapes import bumpy
-from .lod_meshes import gear, joined, sheet, sphere, torus, tube
+from tests.meshes.lod_meshes import gear, joined, sheet, sphere, torus, tube
+from tests.meshes.shapes import bumpy
 
 SHAPES = {"sphere": sphere, "torus": torus, "sheet": sheet, "tube": tube}
 

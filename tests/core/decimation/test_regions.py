@@ -14,9 +14,8 @@ from npm_blender.core.mesh.topology import opposite_halfedges, topology_of
 from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.parameterization.collapse_record import FIRST, SIDES
 from npm_blender.core.settings import AUTO
-
-from ..shapes import bumpy
-from .lod_meshes import joined, sheet, sphere, torus, tube
+from tests.meshes.lod_meshes import joined, sheet, sphere, torus, tube
+from tests.meshes.shapes import bumpy
 
 SHAPES = {"sphere": lambda **k: sphere(5, **k), "torus": lambda **k: torus(40, 60, **k),
           "sheet": lambda **k: sheet(51, 61, **k), "tube": lambda **k: tube(60, 60, **k),

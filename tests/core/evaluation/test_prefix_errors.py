@@ -10,7 +10,7 @@ from npm_blender.core.evaluation import prefix_errors
 from npm_blender.core.evaluation.metrics import Original
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.settings import CompressSettings, LodSettings
-from tests.shapes import icosphere
+from tests.meshes.shapes import icosphere
 
 
 @pytest.fixture(scope="module")

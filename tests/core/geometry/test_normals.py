@@ -4,8 +4,7 @@ from npm_blender.core.geometry.geodesic_trace import TraceMesh, points_on
 from npm_blender.core.geometry.normals import normals_of, vertex_normals
 from npm_blender.core.mesh.topology import opposite_halfedges
 from npm_blender.core.mesh.triangle_mesh import TriMesh
-
-from .lod_meshes import sphere, torus
+from tests.meshes.lod_meshes import sphere, torus
 
 
 def test_vertex_normals_point_outward_and_are_weighted_by_area():

@@ -10,7 +10,7 @@ from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.topology import opposite_halfedges
 from npm_blender.core.mesh.triangle_mesh import TriMesh, UnitFrame
 from npm_blender.core.settings import LodSettings
-from tests.dirty_meshes import mesh, moebius, plane, sphere, tube, wave, without
+from tests.meshes.dirty_meshes import mesh, moebius, plane, sphere, tube, wave, without
 
 
 def ring(n=80, k=10, radius=lambda w: 1 + 0 * w):

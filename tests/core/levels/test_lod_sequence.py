@@ -10,8 +10,7 @@ from npm_blender.core.mesh.subdivision import hierarchy, midpoints
 from npm_blender.core.mesh.topology import opposite_halfedges
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.settings import LodSettings
-
-from .lod_meshes import sheet, sphere, torus, tube
+from tests.meshes.lod_meshes import sheet, sphere, torus, tube
 
 
 def settings_for(base_faces, depth=3):

@@ -6,8 +6,7 @@ from npm_blender.core.evaluation.metrics import Original
 from npm_blender.core.levels.lod_sequence import build_levels
 from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.mesh.triangle_mesh import TriMesh
-
-from .lod_meshes import block, plate, sheet, sphere, torus
+from tests.meshes.lod_meshes import block, plate, sheet, sphere, torus
 
 
 def pair(mesh, base_faces=100, depth=2):

@@ -4,8 +4,7 @@ from hypothesis import strategies as st
 
 from npm_blender.core.mesh.spatial_order import in_morton_order, spatial_boxes
 from npm_blender.core.mesh.triangle_mesh import TriMesh
-
-from .lod_meshes import torus
+from tests.meshes.lod_meshes import torus
 
 
 def soup(mesh):

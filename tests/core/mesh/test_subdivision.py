@@ -4,7 +4,7 @@ import pytest
 from npm_blender.core.errors import MeshError
 from npm_blender.core.mesh.subdivision import Level, hierarchy, midpoints
 from npm_blender.core.mesh.topology import directed_edges, opposite_halfedges, topology_of, vertex_fans
-from tests.shapes import grid, icosphere, torus
+from tests.meshes.shapes import grid, icosphere, torus
 
 SHAPES = {"sphere": icosphere(1), "torus": torus(8, 6), "open": grid(4)}
 

@@ -9,7 +9,7 @@ from npm_blender.core.network.input_features import CHANNELS, geometry_features
 from npm_blender.core.network.mesh_index import MeshIndex
 from npm_blender.core.network.numpy_backend import NUMPY
 from npm_blender.core.network.torch_backend import TorchBackend
-from tests.shapes import grid, icosphere, torus
+from tests.meshes.shapes import grid, icosphere, torus
 
 SHAPES = {"sphere": icosphere(1), "torus": torus(8, 6), "open": grid(4)}
 TORCH = TorchBackend()

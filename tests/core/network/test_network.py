@@ -18,7 +18,7 @@ from npm_blender.core.network.parameters import (
     unflatten_tree,
 )
 from npm_blender.core.network.torch_backend import TorchBackend
-from tests.shapes import grid, icosphere, torus
+from tests.meshes.shapes import grid, icosphere, torus
 
 SHAPES = {"sphere": icosphere(1), "torus": torus(8, 6), "open": grid(4)}
 TORCH = TorchBackend()

@@ -6,8 +6,7 @@ from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.parameterization import collapse_record as module
 from npm_blender.core.parameterization.collapse_record import AT, FIRST, RING, SIDES, SPARE, CollapseRecord
 from npm_blender.core.parameterization.stencil import MAX_RING
-
-from .lod_meshes import sheet, sphere, torus
+from tests.meshes.lod_meshes import sheet, sphere, torus
 
 
 @pytest.mark.parametrize("smallest", [500, regions.SMALLEST], ids=["regions", "whole"])

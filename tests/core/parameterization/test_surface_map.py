@@ -8,8 +8,7 @@ from npm_blender.core.mesh.topology import opposite_halfedges
 from npm_blender.core.parameterization.collapse_record import AT, FIRST, RING, SIDES
 from npm_blender.core.parameterization.joint_flattening import twice_area
 from npm_blender.core.parameterization.surface_map import _patch, _triangle
-
-from .lod_meshes import joined, sheet, sphere, torus, tube
+from tests.meshes.lod_meshes import joined, sheet, sphere, torus, tube
 
 SHAPES = {"sphere": sphere, "torus": torus, "sheet": sheet, "tube": tube}
 

@@ -16,7 +16,7 @@ from npm_blender.core.refinement.offset_fit import OffsetFit
 from npm_blender.core.refinement.offset_trace import traced_offsets
 from npm_blender.core.refinement.refiner import Refiner
 from npm_blender.core.settings import LodSettings
-from tests.shapes import bumpy, grid
+from tests.meshes.shapes import bumpy, grid
 
 PARAMS = load_weights().params
 STEPS = np.array([1e-3, 1.4e-3], np.float32)

@@ -18,7 +18,7 @@ from npm_blender.core.refinement.descent import Target
 from npm_blender.core.refinement.offset_fit import OffsetFit
 from npm_blender.core.refinement.refiner import Refiner, _values
 from npm_blender.core.settings import CompressSettings, ComputeSettings, LodSettings
-from tests.shapes import bumpy, grid
+from tests.meshes.shapes import bumpy, grid
 
 SHAPES = {"closed": bumpy(4), "open": grid(40)}
 LOD = LodSettings(base_faces=100)

@@ -11,8 +11,7 @@ from npm_blender.core.untangling.base_vertices import return_to_base_positions
 from npm_blender.core.untangling.one_rings import one_rings_of
 from npm_blender.core.untangling.rounds import untangle
 from npm_blender.core.untangling.trial import TrialRegion
-
-from .lod_meshes import sheet, sphere
+from tests.meshes.lod_meshes import sheet, sphere
 
 
 def places(mesh, face, b):

@@ -8,8 +8,7 @@ from npm_blender.core.levels.lod_sequence import build_levels
 from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.untangling.one_rings import one_rings_of
 from npm_blender.core.untangling.vertex_moves import score
-
-from .lod_meshes import sheet, sphere
+from tests.meshes.lod_meshes import sheet, sphere
 
 
 @pytest.fixture(params=[sphere, sheet], ids=["closed", "open"])

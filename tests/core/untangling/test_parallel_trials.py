@@ -5,10 +5,10 @@ from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.levels.lod_sequence import build_levels
 from npm_blender.core.untangling import parallel_trials as module
 from npm_blender.core.untangling.parallel_trials import ParallelTrials
+from tests.meshes.lod_meshes import plate
 
-from .lod_meshes import plate
-from .test_patch import Flat
-from .test_shake import turned
+from .test_perturbation import turned
+from .test_trial import Flat
 
 
 @pytest.mark.parametrize("count", ["2", "3", "4"])

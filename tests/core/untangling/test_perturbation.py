@@ -4,7 +4,7 @@ from npm_blender.core.geometry.face_orientation import is_flipped
 from npm_blender.core.geometry.geodesic_trace import put_at, trace_geodesic
 from npm_blender.core.untangling.parallel_trials import ParallelTrials
 
-from .test_patch import LEVELS, Flat
+from .test_trial import LEVELS, Flat
 
 
 def turned(flat):

@@ -12,8 +12,7 @@ from npm_blender.core.mesh.topology import opposite_halfedges
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.untangling import rounds as module
 from npm_blender.core.untangling.rounds import MESSAGE, untangle
-
-from .lod_meshes import plate, sheet, sphere, torus, tube
+from tests.meshes.lod_meshes import plate, sheet, sphere, torus, tube
 
 
 def surface_of(mesh):

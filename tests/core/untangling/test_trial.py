@@ -8,8 +8,7 @@ from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.untangling.one_rings import one_rings_of
 from npm_blender.core.untangling.propagation import propagate
 from npm_blender.core.untangling.trial import TrialRegion, add, changed, commit, fitness, gather, restore, save, turned
-
-from .lod_meshes import sheet
+from tests.meshes.lod_meshes import sheet
 
 LEVELS = 3
 
