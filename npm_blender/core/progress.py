@@ -17,7 +17,7 @@ def no_progress(fraction: float, message: str) -> None:
 
 
 def part(progress: Progress, start: float, stop: float) -> Progress:
-    """The share [start, stop] of `progress`, as a Progress of its own for a sub-step: fraction -> start + (stop - start) fraction.
+    """The share [start, stop] of `progress`, for a sub-step: its fraction t becomes start + (stop - start) t.
 
     >>> from npm_blender.core.progress import part
     >>> part(print, 0.5, 1.0)(0.5, "Decimating")
