@@ -96,7 +96,7 @@ def exported() -> list[tuple[str, str]]:
 
 def run_examples(value: object, name: str) -> int:
     """Run the examples in the docstring of a function or class; how many lines of examples there were."""
-    value = getattr(value, "py_func", value)  # of a compiled function
+    value = inspect.unwrap(getattr(value, "py_func", value))  # of a compiled function; of one with a cache
     text = inspect.getdoc(value) or ""
     test = doctest.DocTestParser().get_doctest(text, {}, name, inspect.getsourcefile(value), 0)
     runner, said = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS), []

@@ -59,6 +59,7 @@ def initial_parameters(config: NetworkConfig, seed: int = 0) -> dict:
             "bias": np.zeros(width_out),
         }
 
+    step: dict[str, Any]
     decoder, below = [], 0
     for width, above in zip(config.decoder, (*config.decoder[1:], config.decoder[-1]), strict=True):
         given = below + CHANNELS + SLOT_FEATURES
