@@ -23,8 +23,9 @@ bench: $(VENV)/.bench  ## Compare with other codecs on CORPUS=path, or on meshes
 test: $(VENV)/.test  ## Run the tests (or those of TESTS=path)
 	$(PY) -m pytest $(TESTS)
 
-lint: $(VENV)/.test  ## Check the style
+lint: $(VENV)/.test  ## Check the style, and the types of the core
 	$(PY) -m ruff check
+	$(PY) -m mypy
 
 extension: $(VENV)/.demo  ## Build the extension's zips into dist (DEBIAN=1: for Debian's Blenders; BLENDER=path builds)
 	$(PY) -m extension.build $(if $(DEBIAN),--debian) $(if $(BLENDER),--blender "$(BLENDER)")

@@ -22,6 +22,10 @@ class LodSettings:
     base_faces: faces of the base mesh M^0 (paper: 400), or AUTO; levels: midpoint subdivisions L (paper: 3), or AUTO;
     clean: 'auto' repairs what the checks find, 'off' refuses what does not qualify, 'tetwild' always re-meshes;
     variant: 0 collapses the cheapest edge; k > 0 seeds a random choice among the cheapest (training augmentation).
+
+    >>> from npm_blender.core.settings import AUTO, LodSettings
+    >>> LodSettings(base_faces=AUTO, levels=2)
+    LodSettings(base_faces=0, levels=2, clean='auto', variant=0)
     """
 
     base_faces: int = 400
@@ -47,7 +51,12 @@ class CompressSettings:
     order: of the latents, 'gain' (measured reconstruction gain) or 'magnitude' (the paper's); refine_steps: gradient
     steps per stage that fit base and features to this mesh through the decoder (needs torch; 0 uses the encoder's output
     as it is; None: the default where torch is installed, else 0); budget: bytes that the stream may have, 0 for as many as
-    all features take; with it, AUTO base faces are those that show most in so many bytes (see `budget`).
+    all features take; with it, AUTO base faces are those that show most in so many bytes (see `codec.rate_control`).
+
+    >>> from npm_blender.core.settings import CompressSettings
+    >>> CompressSettings(position_bits=20)
+    Traceback (most recent call last):
+    npm_blender.core.errors.SettingsError: Expected position bits to be a whole number from 9 to 14, found 20
     """
 
     lod: LodSettings = LodSettings()
@@ -72,6 +81,10 @@ class ComputeSettings:
 
     threads: of torch on the processor; 0 for half of the cores, at most four (the LoD builder's are `parallel.threads`,
     which change nothing in a file); device: 'cpu', or 'gpu' where torch finds one.
+
+    >>> from npm_blender.core.settings import ComputeSettings
+    >>> ComputeSettings().device
+    'cpu'
     """
 
     threads: int = 0
