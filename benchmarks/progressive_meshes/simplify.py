@@ -27,7 +27,7 @@ from npm_blender.core.decimation import (
 from npm_blender.core.geometry import next_halfedge, prev_halfedge
 from npm_blender.core.jit import compiled
 from npm_blender.core.mesh import TriMesh
-from npm_blender.core.parameterization import ANCHORED, EDGE, INNER, MAX_RING
+from npm_blender.core.parameterization import ANCHORED, EDGE, INNER, MAX_RING, SPARE
 
 SHARE = 8  # a batch collapses at most one vertex in SHARE
 DEARER = 4.0  # and no edge that costs this many times more than that share's dearest edge
@@ -74,7 +74,7 @@ def _touch(m, Q, heap, cost, place, i, size):
 def _batch(m, Q, heap, cost, place, size, faces, target, most, limit, cosine, quality, blocked, b, counts, ends, cuts, at,
            batch, error, aside, aside_cost):
     """One batch; returns queue size, faces left and number of collapses so far."""
-    ring, face = np.zeros(MAX_RING + 8, np.int32), np.zeros(MAX_RING + 8, np.int32)
+    ring, face = np.zeros(MAX_RING + SPARE, np.int32), np.zeros(MAX_RING + SPARE, np.int32)
     dead = np.zeros(3, np.int32)
     done, waiting, first = counts[0], 0, counts[0]
     while size > 0 and faces > target and done - first < most and cost[0] <= limit:
@@ -101,26 +101,26 @@ def _batch(m, Q, heap, cost, place, size, faces, target, most, limit, cosine, qu
                 kind = ANCHORED
             if at_j:
                 h, o, i, j = o, h, j, i
-        r, t, s1, s2 = gather_stencil(m, h, kind, ring, face)
-        if t == 0 or (kind == INNER and r < 3) or not link_condition_holds(ring, r, s1, s2):
+        stencil = gather_stencil(m, h, kind, ring, face)
+        if stencil.sides == 0 or (kind == INNER and stencil.ring_size < 3) or not link_condition_holds(stencil):
             continue
         _, x, y, z = best_point(Q, m.X, i, j)
-        if not shape_holds(m.X, ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
+        if not shape_holds(m.X, stencil, (x, y, z), cosine, quality):
             continue
         ends[done, 0], ends[done, 1] = i, j
-        cuts[done, 0], cuts[done, 1] = -1 if kind == EDGE else ring[s1], ring[s2]
+        cuts[done, 0], cuts[done, 1] = -1 if kind == EDGE else ring[stencil.j_start], ring[stencil.j_stop]
         for k in range(3):
             at[done, 0, k], at[done, 1, k] = m.X[i, k], m.X[j, k]
         batch[done], error[done] = b, c
         done += 1
-        faces -= collapse_edge(m, h, kind, x, y, z, face, t, s1, s2, dead)
+        faces -= collapse_edge(m, h, stencil, (x, y, z), dead)
         for q in range(10):
             Q[i, q] += Q[j, q]
         for q in range(3):
             size = take_edge(heap, cost, place, dead[q], DEAD, size)
         size = _touch(m, Q, heap, cost, place, i, size)
         blocked[i] = b
-        for q in range(r):
+        for q in range(stencil.ring_size):
             blocked[ring[q]] = b
     for q in range(waiting):
         e = aside[q]

@@ -87,7 +87,7 @@ def compress(
     return Compressed(
         data,
         CompressReport(
-            len(mesh.F), len(lod.F0), lod.levels, len(data), features, cleaning.summary, messages, clock.seconds
+            len(mesh.F), len(lod.F0), lod.level_count, len(data), features, cleaning.summary, messages, clock.seconds
         ),
     )
 
@@ -105,7 +105,7 @@ def _sequence(unit: TriMesh, settings: LodSettings, room: bool, clock: StageCloc
         return lod_levels(decimation, count, order, progress=report)
 
     lod = clock.run("levels", build)
-    return lod, hierarchy(lod.F0, len(lod.V0), lod.levels)
+    return lod, hierarchy(lod.F0, len(lod.V0), lod.level_count)
 
 
 def _refine_steps(settings: CompressSettings) -> int:

@@ -87,7 +87,7 @@ class Sender:
         grid, V0 = quantize_positions(V0, bits)
         none = self._no_latents(np.int32), np.zeros(0, np.int64)
         about = self.weights, self.feature_levels, frame, (len(source.F), len(source.V)), grid, bits, self.lod.F0
-        contents = Contents(*about, latent_steps(self.lod.levels), *none)
+        contents = Contents(*about, latent_steps(self.lod.level_count), *none)
         if budget and len(contents.stream()) > budget:
             raise BaseTooLarge(len(contents.stream()), len(self.lod.F0), budget)
         contents = Contents(*about, *self._latents(refiner, V0))
@@ -130,7 +130,7 @@ class Sender:
         run = self.clock.run
         values = run("encode", self._encode, V0)
         scale = step_scale(float(self._face_errors(V0, [0 * v for v in values], None).sum()))
-        steps = latent_steps(self.lod.levels, scale)
+        steps = latent_steps(self.lod.level_count, scale)
         if refiner:
             values = run("refine", lambda p: refiner.level_by_level(V0, values, scale))
         order = run("order", self._latent_order, V0, values)
@@ -157,7 +157,7 @@ class Sender:
         if self.settings.order == "magnitude":
             return magnitude_order(flat)[:LATENTS]
         errors = []
-        for count in range(self.lod.levels + 1):
+        for count in range(self.lod.level_count + 1):
             sent = [v if i < count else 0 * v for i, v in enumerate(values)]
             V = decode(NUMPY, self.params, NUMPY.array(V0), sent, self.meshes[:-1])[-1]
             error = np.abs(((V - self.lod.V) * self.lod.N).sum(1))
@@ -182,7 +182,7 @@ class Sender:
         def ranked(progress: Progress) -> np.ndarray:
             progress(0.0, "Ordering features")
             errors = []
-            for count in range(self.lod.levels + 1):
+            for count in range(self.lod.level_count + 1):
                 added = [o * s * (i < count) for i, (o, s) in enumerate(zip(ints, steps, strict=True))]
                 errors.append(self._face_errors(V0, latents, [b + a for b, a in zip(before, added, strict=True)]))
             return offset_order(ints, errors, levels)

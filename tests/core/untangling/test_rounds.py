@@ -25,7 +25,7 @@ def point(mesh, f, b):
 
 def turned(lod):
     out = 0
-    for level in hierarchy(lod.F0, len(lod.V0), lod.levels)[1:]:
+    for level in hierarchy(lod.F0, len(lod.V0), lod.level_count)[1:]:
         out += ((TriMesh(lod.V, level.F).face_normals() * lod.N[level.F].sum(1)).sum(1) <= 0).sum()
     return out
 
