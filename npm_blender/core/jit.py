@@ -26,9 +26,11 @@ def _cached(function: Callable, **options) -> Callable:
     return numba.njit(cache=True, **options)(function)
 
 
-def njit(function: Callable) -> Callable:
-    """`function` compiled by numba, or `function` itself where numba is missing."""
-    return function if numba is None else _cached(function, _nrt=True)
+def njit(function: Callable | None = None, *, allocates: bool = False) -> Callable:
+    """`function` compiled by numba, or `function` itself where numba is missing. allocates: as for `compiled`."""
+    if function is None:
+        return lambda found: njit(found, allocates=allocates)
+    return function if numba is None else _cached(function, _nrt=allocates)
 
 
 def compiled(function: Callable | None = None, *, inline: str = "never", allocates: bool = False) -> Callable:

@@ -84,7 +84,7 @@ def _code_residual(coder, value, scale, previous, recent):
     return -out if code_raw(coder, 1 if value < 0 else 0, 1) else out
 
 
-@njit
+@njit(allocates=True)
 def _code_positions(coder, at, near):
     """Code all rows of `at` (n, 3) int64 in place."""
     recent = np.full(3, 12, np.int64)

@@ -87,7 +87,7 @@ def _class_of(faces, sent, group, g):
     return base + CLASSES // 2 + 4 * (parent_row(faces, sent, group, g) >= 0) + around
 
 
-@njit
+@njit(allocates=True)
 def code_faces(coder, faces, sent, face, group, at, count):
     """Which `count` of the unsent faces of a group are sent now, face[at:at + count] ascending."""
     sending = coder.rc[MODE] == ENCODE
