@@ -26,11 +26,13 @@ def _cached(function: Callable, **options) -> Callable:
     return numba.njit(cache=True, **options)(function)
 
 
-def njit(function: Callable | None = None, *, allocates: bool = False) -> Callable:
-    """`function` compiled by numba, or `function` itself where numba is missing. allocates: as for `compiled`."""
-    if function is None:
-        return lambda found: njit(found, allocates=allocates)
-    return function if numba is None else _cached(function, _nrt=allocates)
+def njit(function: Callable) -> Callable:
+    """`function` compiled by numba, or `function` itself where numba is missing.
+
+    It makes no array and returns none: as with `compiled`, references are not counted, which takes a third off the time of
+    the entropy coder.
+    """
+    return function if numba is None else _cached(function, _nrt=False)
 
 
 def compiled(function: Callable | None = None, *, inline: str = "never", allocates: bool = False) -> Callable:

@@ -13,15 +13,23 @@ import numpy as np
 
 from ..errors import MeshError, StreamError
 from ..mesh import Renumbering, component_labels, opposite_halfedges, vertex_fans
+from .boundary import ClosedMesh, Numbering, new_boundary
 from .range_coder import finish_encoding, new_contexts, new_weights, range_decoder, range_encoder
-from .region_growing import CONTEXTS, MIXERS, ClosedMesh, Numbering, grow, new_boundary
+from .region_growing import CONTEXTS, MIXERS, grow
 from .varint import read_varint, write_varint
 
 MAX_FACES = 1 << 18         # of a base mesh
 
 
 class OrderedConnectivity(NamedTuple):
-    """A base mesh as its receiver will see it: order, the renumbering; data, the bytes of the renumbered faces."""
+    """A base mesh as its receiver will see it: order, the renumbering; data, the bytes of the renumbered faces.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import encode_connectivity, order_connectivity
+    >>> coded = order_connectivity(np.array([[3, 1, 0], [1, 3, 2]]), 4)
+    >>> coded.data == encode_connectivity(coded.order.F)
+    True
+    """
 
     order: Renumbering
     data: bytes

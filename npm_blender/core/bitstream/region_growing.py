@@ -11,11 +11,26 @@ The last case splits a loop in two, or joins two loops to one. Each function bot
 do; what only the sender knows is in `ClosedMesh`, and half-edges are negative on the receiver's side. Degree-driven
 coding of this kind: Touma and Gotsman 1998; gates by the fewest missing faces: Alliez and Desbrun 2001.
 """
-from typing import NamedTuple
-
-import numpy as np
-
 from ..jit import njit
+from .boundary import (
+    ALL_FACES,
+    DUMMIES,
+    FACES,
+    LENGTH,
+    NODES,
+    PIVOT,
+    SCAN,
+    VERTICES,
+    WAITING,
+    add_candidates,
+    drop_waiting,
+    find_old,
+    least_missing,
+    link,
+    loop_length,
+    next_face,
+    next_halfedge,
+)
 from .range_coder import ENCODE, MODE, code_bit, code_uniform, code_unsigned
 
 _DEGREE_STEPS = 12          # degrees 3..14 by context, above by Exp-Golomb
@@ -23,69 +38,6 @@ _FIT = 8                    # missing-face counts are contexts 1..8
 _SPLIT, _DUMMY, _OTHER, _DEGREE = 0, 200, 210, 220  # first rows of the contexts
 CONTEXTS = _DEGREE + (2 * _FIT * _FIT + 2 * _FIT) * _DEGREE_STEPS + 4 * _DEGREE_STEPS
 MIXERS = 40
-# scalars of a boundary, indices into `Boundary.state`: nodes made; loops that wait; vertices and faces found; faces to find;
-# dummies to come; of the loop being closed its length and its pivot, the node with the fewest missing faces; the sender's
-# first face that may be outside the region
-NODES, WAITING, VERTICES, FACES, ALL_FACES, DUMMIES, LENGTH, PIVOT, SCAN = range(9)
-
-
-class Boundary(NamedTuple):
-    """Boundary loops of the region. A node is one visit of a loop to a vertex; the first five arrays are indexed by node.
-
-    name: new number of its vertex, -1 for a dummy; missing: faces still missing in its sector; after, before: its loop;
-    gate: half-edge from it to the next node, in a face of the region (sender only); waiting: a stack, one node of each loop
-    that waits; candidates: room for `_attach_old_vertex`; state (9,): scalars, see NODES. All int64.
-    """
-
-    name: np.ndarray
-    missing: np.ndarray
-    after: np.ndarray
-    before: np.ndarray
-    gate: np.ndarray
-    waiting: np.ndarray
-    candidates: np.ndarray
-    state: np.ndarray
-
-
-class ClosedMesh(NamedTuple):
-    """The closed mesh as the sender sees it (empty arrays on the receiver's side), with its marks. All int64.
-
-    opposite, origin per half-edge; degree, is_dummy per vertex; node_of: boundary node of a half-edge; seen: vertices
-    that have appeared; done: faces in the region.
-    """
-
-    opposite: np.ndarray
-    origin: np.ndarray
-    degree: np.ndarray
-    is_dummy: np.ndarray
-    node_of: np.ndarray
-    seen: np.ndarray
-    done: np.ndarray
-
-
-class Numbering(NamedTuple):
-    """What the growth finds. faces (m, 3) in the new numbering; sender only: vertex_of, old vertex of each new one, and
-    halfedge_of, old half-edge at which each new face begins. All int64."""
-
-    faces: np.ndarray
-    vertex_of: np.ndarray
-    halfedge_of: np.ndarray
-
-
-class NewFace(NamedTuple):
-    """The face across a gate: nodes a and b of the gate, and its half-edges b -> a, a -> c and c -> b, c its third vertex."""
-
-    a: int
-    b: int
-    ba: int
-    ac: int
-    cb: int
-
-
-@njit
-def next_halfedge(h):
-    """The next half-edge in the face of h; negative for a negative one."""
-    return h // 3 * 3 + (h + 1) % 3
 
 
 @njit
@@ -96,69 +48,6 @@ def _code_degree(coder, degree, first, second):
     j = _DEGREE + (_FIT * _FIT + first) * _DEGREE_STEPS
     k = _DEGREE + (_FIT * _FIT + 2 * _FIT) * _DEGREE_STEPS
     return 3 + code_unsigned(coder, degree - 3, i, j, k, 0, _DEGREE_STEPS)
-
-
-@njit
-def _link(boundary, mesh, i, j, h):
-    """Make j the node after i, across a gate on half-edge h."""
-    boundary.after[i], boundary.before[j], boundary.gate[i] = j, i, h
-    if h >= 0:
-        mesh.node_of[h] = i
-
-
-@njit
-def _loop_length(boundary, i):
-    length, j = 1, boundary.after[i]
-    while j != i:
-        length += 1
-        j = boundary.after[j]
-    return length
-
-
-@njit
-def _least_missing(boundary, i):
-    """The first node at or after i with the fewest missing faces in its loop."""
-    best, j = i, boundary.after[i]
-    while j != i:
-        if boundary.missing[j] < boundary.missing[best]:
-            best = j
-        j = boundary.after[j]
-    return best
-
-
-@njit
-def _add_candidates(boundary, first, length, count):
-    """Append to candidates[count:] those of the `length` nodes from `first` on that can be joined; returns the new count."""
-    for _ in range(length):
-        if boundary.missing[first] >= 3:
-            boundary.candidates[count] = first
-            count += 1
-        first = boundary.after[first]
-    return count
-
-
-@njit
-def _find_old(boundary, mesh, cb):
-    """Node at which the new face's half-edge c -> b meets a boundary, and the missing faces from there to b."""
-    between, h = 0, mesh.opposite[cb]
-    while not mesh.done[h // 3]:
-        between += 1
-        h = mesh.opposite[next_halfedge(h)]
-    return boundary.after[mesh.node_of[h]], between
-
-
-@njit
-def _drop_waiting(boundary, i):
-    """Take the loop that holds node i off the stack."""
-    state, waiting = boundary.state, boundary.waiting
-    for t in range(state[WAITING]):
-        j = boundary.after[waiting[t]]
-        while j != waiting[t] and j != i:
-            j = boundary.after[j]
-        if j == i:
-            state[WAITING] -= 1
-            waiting[t] = waiting[state[WAITING]]
-            return
 
 
 @njit
@@ -187,28 +76,13 @@ def _start_component(coder, boundary, mesh, numbering, start):
             numbering.vertex_of[vertex] = mesh.origin[h]
         degree = _code_degree(coder, degree, 0, k)
         boundary.name[node + k], boundary.missing[node + k], numbering.faces[made, k] = vertex, degree - 1, vertex
-        _link(boundary, mesh, node + k, node + (k + 1) % 3, h if sending else -1)
+        link(boundary, mesh, node + k, node + (k + 1) % 3, h if sending else -1)
         h = next_halfedge(h)
         state[VERTICES] += 1
     boundary.waiting[0], state[WAITING] = node, 1
     state[NODES] += 3
     state[FACES] += 1
     return True
-
-
-@njit
-def _next_face(coder, boundary, mesh):
-    """The face to add: across the gate at the pivot, or across the one before it whose end misses this face alone."""
-    a = boundary.state[PIVOT]
-    left = boundary.before[a]
-    if boundary.missing[a] > 1 and boundary.missing[boundary.after[a]] > 1 and boundary.missing[left] == 1:
-        a = boundary.before[left]
-    ba = -1
-    if coder.rc[MODE] == ENCODE:
-        ba = mesh.opposite[boundary.gate[a]]
-        mesh.done[ba // 3] = True
-    ac = next_halfedge(ba)
-    return NewFace(a, boundary.after[a], ba, ac, next_halfedge(ac))
 
 
 @njit
@@ -224,17 +98,17 @@ def _close_vertex(boundary, mesh, face):
         return c if missing[a] == 0 and missing[b] == 0 and missing[c] == 0 else -1
     state[LENGTH] -= 1
     if closes_b:
-        _link(boundary, mesh, a, c, face.ac)
+        link(boundary, mesh, a, c, face.ac)
         if missing[a] == 0 or missing[c] == 0:
             return -1
         if state[PIVOT] == b:
-            state[PIVOT] = _least_missing(boundary, a)
+            state[PIVOT] = least_missing(boundary, a)
     else:
-        _link(boundary, mesh, c, b, face.cb)
+        link(boundary, mesh, c, b, face.cb)
         if missing[c] == 0:
             return -1
         if state[PIVOT] == a:
-            state[PIVOT] = _least_missing(boundary, c)
+            state[PIVOT] = least_missing(boundary, c)
     return c
 
 
@@ -270,8 +144,8 @@ def _attach_new_vertex(coder, boundary, mesh, numbering, face):
         degree = _code_degree(coder, degree, boundary.missing[face.a], boundary.missing[face.b])
     c = state[NODES]
     boundary.name[c], boundary.missing[c] = -1 if dummy else state[VERTICES], degree - 1
-    _link(boundary, mesh, face.a, c, face.ac)
-    _link(boundary, mesh, c, face.b, face.cb)
+    link(boundary, mesh, face.a, c, face.ac)
+    link(boundary, mesh, c, face.b, face.cb)
     state[NODES] += 1
     state[VERTICES] += 1 - dummy
     state[LENGTH] += 1
@@ -307,12 +181,12 @@ def _attach_old_vertex(coder, boundary, mesh, face):
     a, b = face.a, face.b
     c, between = -1, 0
     if coder.rc[MODE] == ENCODE:
-        c, between = _find_old(boundary, mesh, face.cb)
-    here = _add_candidates(boundary, boundary.after[boundary.after[b]], state[LENGTH] - 4, 0)
+        c, between = find_old(boundary, mesh, face.cb)
+    here = add_candidates(boundary, boundary.after[boundary.after[b]], state[LENGTH] - 4, 0)
     every = here
     for t in range(state[WAITING]):
         loop = boundary.waiting[t]
-        every = _add_candidates(boundary, loop, _loop_length(boundary, loop), every)
+        every = add_candidates(boundary, loop, loop_length(boundary, loop), every)
     if every == 0:
         return -1
     index = _code_candidate(coder, boundary, c, here, every)
@@ -321,16 +195,16 @@ def _attach_old_vertex(coder, boundary, mesh, face):
     second, into = state[NODES], boundary.before[c]
     boundary.name[second], missing[second] = boundary.name[c], between
     missing[c] -= 1 + between
-    _link(boundary, mesh, into, second, boundary.gate[into])
-    _link(boundary, mesh, a, c, face.ac)
-    _link(boundary, mesh, second, b, face.cb)
+    link(boundary, mesh, into, second, boundary.gate[into])
+    link(boundary, mesh, a, c, face.ac)
+    link(boundary, mesh, second, b, face.cb)
     state[NODES] += 1
     if index < here:
         boundary.waiting[state[WAITING]] = b
         state[WAITING] += 1
     else:
-        _drop_waiting(boundary, c)
-    state[LENGTH] = _loop_length(boundary, a)
+        drop_waiting(boundary, c)
+    state[LENGTH] = loop_length(boundary, a)
     return c
 
 
@@ -340,7 +214,7 @@ def _add_face(coder, boundary, mesh, numbering):
     state, name, missing = boundary.state, boundary.name, boundary.missing
     if state[NODES] + 2 > len(name):
         return False
-    face = _next_face(coder, boundary, mesh)
+    face = next_face(boundary, mesh, coder.rc[MODE] == ENCODE)
     a, b = face.a, face.b
     missing[a] -= 1
     missing[b] -= 1
@@ -363,13 +237,6 @@ def _add_face(coder, boundary, mesh, numbering):
     return True
 
 
-def new_boundary(faces: int, dummies: int) -> Boundary:
-    """An empty region that is to have so many faces, and so many dummy vertices beside it."""
-    room, state = 8 * faces + 32, np.zeros(9, np.int64)
-    state[ALL_FACES], state[DUMMIES] = faces, dummies
-    return Boundary(*(np.zeros(room, np.int64) for _ in range(7)), state)
-
-
 @njit
 def grow(coder, boundary, mesh, numbering, start):
     """Code all components; returns the number of vertices, or -1 if the data cannot be a mesh.
@@ -385,8 +252,8 @@ def grow(coder, boundary, mesh, numbering, start):
                 return -1
         state[WAITING] -= 1
         loop = boundary.waiting[state[WAITING]]
-        state[PIVOT] = _least_missing(boundary, loop)
-        state[LENGTH] = _loop_length(boundary, loop)
+        state[PIVOT] = least_missing(boundary, loop)
+        state[LENGTH] = loop_length(boundary, loop)
         while state[LENGTH] > 0:
             if not _add_face(coder, boundary, mesh, numbering):
                 return -1
