@@ -28,10 +28,9 @@ from .contexts import (
 )
 from .mesh import MAX_RING, VERTICES, Site, ring_of, split
 from .places import code_places, normal_at
+from .simplify import BEGIN, END, KEPT, REMOVED
 
 FINEST = 20  # steps are 2**-exponent, exponent up to here
-KEPT, REMOVED = 0, 1  # columns of SplitPlan.ends and at
-BEGIN, END = 0, 1  # columns of SplitPlan.cuts
 
 
 class SplitPlan(NamedTuple):

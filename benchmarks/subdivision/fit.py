@@ -13,9 +13,10 @@ from scipy.sparse import csr_matrix, diags, identity
 from scipy.sparse.linalg import cg
 
 from npm_blender.core.geometry import ClosestPoints
-from npm_blender.core.jit import compiled
 from npm_blender.core.mesh import TriMesh
 
+from .descent import Integers, Price, Quadratic, descend
+from .rates import CLASSES, VALUES, Rate, default_rate, measured_rate
 from .shape import Scheme
 from .stencils import edge_points
 from .symbols import neighbours
@@ -24,11 +25,8 @@ POWER = 0.6  # see Fit; 1 would be what d_pm sums up, but lets go of what is far
 DAMPING = 0.01  # of a level's mean curvature, against steps where nothing is known
 _SPRING = 0.01  # of the base's mean curvature, which holds its vertices where they are
 _FLOOR = 2e-4  # distances below weigh no more in the fit of the base
-_LARGEST = 6  # values of a rate table: 0..5, then two bits more per doubling
-_CLASSES = 4
 _TOUCHED = 1.5  # samples (weighted by their squared share) that a vertex of the finest level moves
 _PER_UNKNOWN = 12  # samples for each number that is fitted
-_DEFAULT = np.log2(1 / np.array([0.5, 0.3, 0.1, 0.05, 0.03, 0.02])) + np.array([0, 1, 1, 1, 1, 1.0])
 
 
 class Target:
@@ -78,140 +76,6 @@ class Samples:
 def _new(scheme: Scheme, level: int) -> int:
     now = scheme.new_at(level)
     return now.stop - now.start
-
-
-class Rate(NamedTuple):
-    """Bits: fresh (levels + 1, classes, values) for a vertex whose old value is 0, by the size of what is around it;
-    again (values,) for a change of another."""
-
-    fresh: np.ndarray
-    again: np.ndarray
-
-
-def default_rate(levels: int) -> Rate:
-    """Before anything is known."""
-    return Rate(np.tile(_DEFAULT, (levels + 1, _CLASSES, 1)), _DEFAULT.copy())
-
-
-@compiled
-def _class(value, near, v):
-    around = 0
-    for t in range(6):
-        if near[v, t] >= 0:
-            around += min(abs(value[near[v, t]]), 3)
-    return 0 if around == 0 else (1 if around < 3 else (2 if around < 6 else 3))
-
-
-@compiled
-def _bits(table, x):
-    x = abs(x)
-    if x < len(table):
-        return table[x]
-    return table[len(table) - 1] + 2 * np.log2(x / (len(table) - 1))
-
-
-class Quadratic(NamedTuple):
-    """x -> x A x / 2 - gradient x, of k integers as changes x: start, index, data: rows of A (CSR), diagonal (k,): A's.
-
-    gradient (k,): minus the gradient where the integers are now; it follows their changes.
-    """
-
-    start: np.ndarray
-    index: np.ndarray
-    data: np.ndarray
-    diagonal: np.ndarray
-    gradient: np.ndarray
-
-    @staticmethod
-    def of(A: csr_matrix, gradient: np.ndarray) -> "Quadratic":
-        """From the matrix."""
-        return Quadratic(A.indptr, A.indices, A.data, A.diagonal(), gradient)
-
-
-class Integers(NamedTuple):
-    """value (n,) int64: of all vertices; old (n,): what changes are counted from; near (n, 8): symbols.neighbours."""
-
-    value: np.ndarray
-    old: np.ndarray
-    near: np.ndarray
-
-
-class Price(NamedTuple):
-    """Of a change in squared distance: bits, fresh (classes, values) and again (values,) as in Rate, times per_bit."""
-
-    fresh: np.ndarray
-    again: np.ndarray
-    per_bit: float
-
-
-@compiled
-def _best_change(h, g, now, before, row, per_bit):
-    """The change of an integer, 0 if none is better, with the least h x^2 / 2 - g x + price; row: bits by value.
-
-    Tried are the two integers at the minimum without a price, the old value, and a step from the lower of the two towards
-    the old value.
-    """
-    best, best_cost = 0, per_bit * _bits(row, now - before)
-    low = int(np.floor(g / h))
-    for trial in range(4):
-        if trial == 0:
-            step = low
-        elif trial == 1:
-            step = low + 1
-        elif trial == 2:
-            step = before - now
-        else:
-            step = low + (1 if low + now < before else -1)
-        if step == 0:
-            continue
-        cost = step * (0.5 * h * step - g) + per_bit * _bits(row, now + step - before)
-        if cost < best_cost:
-            best, best_cost = step, cost
-    return best
-
-
-@compiled
-def _descend(model, integers, first, price, sweeps):
-    """Coordinate descent over the integers value[first:], of which `model` tells the squared distance."""
-    value, old, g = integers.value, integers.old, model.gradient
-    for _ in range(sweeps):
-        changed = 0
-        for i in range(len(model.diagonal)):
-            v = first + i
-            if model.diagonal[i] <= 0:
-                continue
-            row = price.again if old[v] != 0 else price.fresh[_class(value, integers.near, v)]
-            change = _best_change(model.diagonal[i], g[i], value[v], old[v], row, price.per_bit)
-            if change != 0:
-                changed += 1
-                value[v] += change
-                for p in range(model.start[i], model.start[i + 1]):
-                    g[model.index[p]] -= model.data[p] * change
-        if changed == 0:
-            break
-
-
-@compiled
-def _count(value, old, near, first, fresh, again):
-    """Counts of the values of each level and class into fresh and again."""
-    largest = fresh.shape[2] - 1
-    for level in range(len(first) - 1):
-        for v in range(first[level], first[level + 1]):
-            x = min(abs(value[v] - old[v]), largest)
-            if old[v] != 0:
-                again[x] += 1
-            else:
-                fresh[level, _class(value, near, v), x] += 1
-
-
-def measured_rate(value: np.ndarray, old: np.ndarray, near: np.ndarray, first: np.ndarray) -> Rate:
-    """Bits by what the values are."""
-    prior = 2.0 ** -default_rate(len(first) - 2).fresh[0, 0] * 8
-    fresh = np.tile(prior, (len(first) - 1, _CLASSES, 1))
-    again = prior.copy()
-    _count(value, old, near, first, fresh, again)
-    sign = np.array([0, 1, 1, 1, 1, 1.0])
-    return Rate(np.log2(fresh.sum(2, keepdims=True) / fresh) + sign, np.log2(again.sum() / again) + sign)
 
 
 class State(NamedTuple):
@@ -280,8 +144,8 @@ class Fit:
         A = csr_matrix(A + _SPRING * A.diagonal().mean() * identity(A.shape[0]))
         g = (b - A @ (ints * step - V0.reshape(-1))) * step
         alone = np.full((len(ints), 8), -1, np.int32)
-        free = Price(np.zeros((_CLASSES, _LARGEST)), np.zeros(_LARGEST), 0.0)
-        _descend(Quadratic.of(A * step**2, g), Integers(ints, ints.copy(), alone), 0, free, 4)
+        free = Price(np.zeros((CLASSES, VALUES)), np.zeros(VALUES), 0.0)
+        descend(Quadratic.of(A * step**2, g), Integers(ints, ints.copy(), alone), 0, free, 4)
         return ints.reshape(-1, 3)
 
     def integers(self, V0: np.ndarray, steps: np.ndarray, value: np.ndarray, old: np.ndarray, trade: float,
@@ -306,7 +170,7 @@ class Fit:
                 now, step = scheme.new_at(level), steps[level]
                 before = value[now].copy()
                 price = Price(rate.fresh[level], rate.again, per_bit)
-                _descend(self._level_model(level, state, step), Integers(value, old, self.near), now.start, price, 3)
+                descend(self._level_model(level, state, step), Integers(value, old, self.near), now.start, price, 3)
                 moved = (value[now] - before) * step
                 if moved.any():
                     finest = max(finest, level)
