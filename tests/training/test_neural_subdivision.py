@@ -134,7 +134,7 @@ def test_a_resumed_run_is_the_run_that_was_not_interrupted(folder, tmp_path):
 
 def test_command_trains_logs_and_writes_weights_that_load(folder, tmp_path):
     line = [sys.executable, "-m", "training.neural_subdivision.train", str(folder), str(tmp_path / "run")]
-    subprocess.run([*line, "--hours", "0.0003", "--val", "1"], cwd=ROOT, check=True, capture_output=True)
+    subprocess.run([*line, "--hours", "1e-5", "--val", "1"], cwd=ROOT, check=True, capture_output=True)
     rows = (tmp_path / "run/log.csv").read_text().splitlines()
     assert rows[0].startswith("step,seconds,loss,base,network") and len(rows) == 2
     assert len(subdivide(read(tmp_path / "run/weights.npz"), icosphere(1), 1)[1].F) == 320

@@ -125,10 +125,10 @@ def test_parts_beyond_the_base_are_told_in_the_report():
 def test_a_run_that_hangs_is_killed_and_the_next_one_goes_on():
     worker = Worker()
     assert worker.call(60, abs, -3) == 3
-    start = time.monotonic()
+    process, = worker._pool._processes.values()
     with pytest.raises(TimeoutError):
         worker.call(0.2, time.sleep, 1000)
-    assert time.monotonic() - start < 30
+    assert not process.is_alive()
     assert worker.call(60, abs, -4) == 4
     worker.stop()
 

@@ -52,7 +52,7 @@ class Case:
 
 @pytest.fixture(scope="module", params=["closed", "open"])
 def case(request):
-    return Case({"closed": bumpy(4), "open": grid(40)}[request.param])
+    return Case({"closed": bumpy(3), "open": grid(24)}[request.param])
 
 
 def test_an_offset_moves_one_midpoint_along_the_normal_of_its_edge(case):

@@ -21,7 +21,7 @@ from npm_blender.core.settings import CompressSettings, ComputeSettings, LodSett
 from tests.meshes.shapes import bumpy, grid
 
 SHAPES = {"closed": bumpy(4), "open": grid(40)}
-LOD = LodSettings(base_faces=100)
+LOD = LodSettings(base_faces=100, levels=2)
 STEPS = [0.25, 0.25]  # of latents of two levels
 
 
