@@ -11,6 +11,8 @@ from npm_blender.core.network import weights
 from tests.meshes.shapes import bumpy
 from training import sequences
 
+pytestmark = [pytest.mark.slow, pytest.mark.torch]
+
 ROOT = Path(__file__).parents[2]
 
 

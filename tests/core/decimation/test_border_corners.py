@@ -55,6 +55,7 @@ def same(a, b):
     return np.array_equal(a.V0, b.V0) and np.array_equal(a.F0, b.F0) and a.message == b.message
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(st.integers(0, 10**6), st.integers(1, 6), st.sampled_from([150, 400, AUTO]))
 def test_small_jagged_holes_keep_their_length(seed, holes, base_faces):

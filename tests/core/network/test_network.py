@@ -20,6 +20,8 @@ from npm_blender.core.network.parameters import (
 from npm_blender.core.network.torch_backend import TorchBackend
 from tests.meshes.shapes import grid, icosphere, torus
 
+pytestmark = pytest.mark.torch
+
 SHAPES = {"sphere": icosphere(1), "torus": torus(8, 6), "open": grid(4)}
 TORCH = TorchBackend()
 
