@@ -58,6 +58,8 @@ def _digest(path: Path) -> bytes:
 
 def remove_stale_code() -> list[str]:
     """Remove it, wherever it lies beside its source; the names of these sources. Without a record all counts as stale."""
+    for remembered in (_file_of, _tree, _imports, _digest):
+        remembered.cache_clear()
     known = json.loads(RECORD.read_text()) if RECORD.is_file() else {}
     now, stale = {}, []
     for path in sorted(p for folder in ("npm_blender", "benchmarks") for p in (ROOT / folder).rglob("*.py")):

@@ -56,14 +56,15 @@ def same(a, b):
 
 
 @pytest.mark.slow
-@settings(max_examples=12, deadline=None)
-@given(st.integers(0, 10**6), st.integers(1, 6), st.sampled_from([150, 400, AUTO]))
-def test_small_jagged_holes_keep_their_length(seed, holes, base_faces):
-    assert shortest(pierced(holes, seed, levels=4, size=0.09), base_faces) > 0.98
+@pytest.mark.parametrize("base_faces", [150, 400, AUTO])
+@settings(max_examples=2, deadline=None)
+@given(st.integers(0, 10**6), st.integers(1, 6))
+def test_small_jagged_holes_keep_their_length(base_faces, seed, holes):
+    assert shortest(pierced(holes, seed), base_faces) > 0.98
 
 
 def test_they_would_not_with_three_edges_each(monkeypatch):
-    mesh = pierced(3, levels=4, size=0.09)
+    mesh = pierced(3)
     kept = shortest(mesh, 150)
     monkeypatch.setattr(border_corners, "SEGMENTS", 10**6)
     assert shortest(mesh, 150) < 0.97 and kept > 0.98
