@@ -28,7 +28,7 @@ from npm_blender.core.decimation import (
 from npm_blender.core.geometry import next_halfedge, prev_halfedge
 from npm_blender.core.jit import compiled
 from npm_blender.core.mesh import TriMesh
-from npm_blender.core.parameterization import ANCHORED, EDGE, INNER, MAX_RING, SPARE
+from npm_blender.core.parameterization import ANCHORED, EDGE, INNER, MAX_RING
 
 SHARE = 8  # a batch collapses at most one vertex in SHARE
 DEARER = 4.0  # and no edge that costs this many times more than that share's dearest edge

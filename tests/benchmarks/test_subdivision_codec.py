@@ -191,6 +191,7 @@ def test_samples_see_what_a_vertex_moves():
     assert np.allclose(fit.samples.by_level[1] @ moved, want[:, 2])
 
 
+@pytest.mark.slow
 def test_methods_stay_within_budgets_and_get_better():
     mesh = wavy(torus(40, 60))
     case = Case("torus", mesh, 5000)

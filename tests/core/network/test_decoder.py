@@ -12,6 +12,8 @@ from npm_blender.core.network.parameters import NetworkConfig, initial_parameter
 from npm_blender.core.network.torch_backend import TorchBackend
 from tests.core.network.samples import SHAPES, busy_parameters, indices, sequence
 
+pytestmark = pytest.mark.torch
+
 TORCH = TorchBackend()
 
 
