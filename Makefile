@@ -9,7 +9,7 @@ VENV := .venv
 PY := $(VENV)/bin/python
 PIP := $(PY) -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo bench test lint extension check-extension shots clean
+.PHONY: help demo examples bench test test-fast lint extension check-extension shots clean
 
 help:  ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -17,11 +17,17 @@ help:  ## Show this list
 demo: $(VENV)/.demo  ## Compress, measure and render a sculpt (or MESH=path) into out/demo
 	$(PY) -m npm_blender demo $(if $(MESH),"$(MESH)")
 
+examples: $(VENV)/.test  ## Run every stage of the method on one small mesh, and make a page of it: out/examples/index.html
+	$(PY) -m examples.gallery
+
 bench: $(VENV)/.bench  ## Compare with other codecs on CORPUS=path, or on meshes that Blender makes; QUICK=1: 6 meshes
 	$(PY) -m benchmarks.compare $(if $(CORPUS),"$(CORPUS)") $(if $(QUICK),--quick) $(BENCH)
 
 test: $(VENV)/.test  ## Run the tests (or those of TESTS=path)
 	$(PY) -m pytest $(TESTS)
+
+test-fast: $(VENV)/.test  ## Run the tests without those that take long (or those of TESTS=path)
+	$(PY) -m pytest -m "not slow" $(TESTS)
 
 lint: $(VENV)/.test  ## Check the style
 	$(PY) -m ruff check

@@ -111,7 +111,7 @@ def validity(rows: dict[str, dict]) -> list[str]:
         f"loops of the cleaned input. Base meshes above {BASE_FACES} faces: {sum(stopped.values())} "
         + "(" + "; ".join(f"{count}: {why}" for why, count in stopped.most_common()) + ").",
         "",
-        f"Turned faces at levels 1 to {LEVELS}, mean over meshes: "
+        f"Flipped faces at levels 1 to {LEVELS}, mean over meshes: "
         + ", ".join(f"{100 * s:.2f} %" for s in share.mean(0))
         + f"; meshes with more than 0.1 % at level {LEVELS}: {(share[:, -1] > 1e-3).sum()}, of which "
         + f"{(before[share[:, -1] > 1e-3] > 1e-3).sum()} have more than 0.1 % of such faces themselves.",
@@ -129,7 +129,7 @@ def validity(rows: dict[str, dict]) -> list[str]:
 
 def turned_by_handles(handles: np.ndarray, share: np.ndarray) -> list[str]:
     """Lines of the table of turned faces at the finest level by the number of handles, which a small base must keep."""
-    lines = ["| handles | meshes | turned, mean % | more than 0.1 % |", "|---|---|---|---|"]
+    lines = ["| handles | meshes | flipped, mean % | more than 0.1 % |", "|---|---|---|---|"]
     for least, most in ((0, 0), (1, 4), (5, 19), (20, 39), (40, None)):
         here = (handles >= least) & (handles <= (most if most is not None else handles.max(initial=0)))
         if here.any():
