@@ -13,7 +13,7 @@ made = compress(mesh, CompressSettings(refine_steps=0))
 print(f"{len(mesh.F):,} faces -> {len(made.data):,} bytes; cleaning: {made.report.cleaning}")
 
 stream = open_stream(made.data)
-print(f"base mesh: {stream.base_faces} faces in {stream.base_bytes} bytes; levels 0 to {stream.levels}; {stream.features} features")
+print(f"base mesh: {stream.base_faces} faces in {stream.base_bytes} bytes; levels 0 to {stream.levels}")
 
 panels = {f"input, {len(mesh.F):,} faces": mesh}
 for size in (stream.base_bytes, 2000, len(made.data)):

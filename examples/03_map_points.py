@@ -1,7 +1,8 @@
-"""The bijection that edge collapses define (npm_blender/core/parameterization; Liu et al. 2020, successive self-parameterization).
+"""The bijection that edge collapses define (npm_blender/core/parameterization).
 
-Every collapse flattens its few faces before and after onto the same piece of the plane. Composed, the flattenings take each point
-of the base to one point of the input and back. A point is a face and three barycentric coordinates.
+It is successive self-parameterization (Liu et al. 2020): every collapse flattens its few faces, before and after, onto the same
+piece of the plane. Composed, the flattenings take each point of the base to one point of the input and back. A point is a
+face and three barycentric coordinates.
 """
 import numpy as np
 

@@ -42,7 +42,8 @@ def section(example: Path, said: str, out: Path) -> str:
     source = example.read_text(encoding="utf-8")
     first, _, more = ast.get_docstring(ast.parse(source)).partition("\n\n")
     pictures = "".join(f'<img src="{p.name}" alt="{p.stem}">' for p in sorted(out.glob(f"{example.stem[:2]}_*.png")))
-    return (f"<h2>{example.stem.replace('_', ' ')}</h2>\n<p><b>{html.escape(first)}</b></p>\n<p>{html.escape(more)}</p>\n{pictures}\n"
+    return (f"<h2>{example.stem.replace('_', ' ')}</h2>\n<p><b>{html.escape(first)}</b></p>\n<p>{html.escape(more)}</p>\n"
+            f"{pictures}\n"
             f"<pre>{html.escape(said)}</pre>\n<details><summary>examples/{example.name}</summary>"
             f"<pre>{html.escape(source)}</pre></details>\n")
 

@@ -14,7 +14,7 @@ from matplotlib.collections import PolyCollection  # noqa: E402
 FRONT, BACK, MARK = (0.66, 0.74, 0.85), (0.80, 0.25, 0.20), (0.08, 0.08, 0.12)
 VIEW = np.radians(35), np.radians(48)  # turned about the vertical axis, then seen from above
 LIGHT = np.array([-0.45, 0.55, 0.70])
-DOT = 0.0035  # half the side of a marked point, in units of the mesh
+DOT = 0.004  # radius of a marked point, in units of the mesh
 
 
 def folder() -> Path:
@@ -44,8 +44,8 @@ def draw(path: Path, panels: dict[str, TriMesh], colours: dict[str, np.ndarray] 
     pyplot.close(figure)
 
 
-def _seen(mesh: TriMesh, colour: np.ndarray | None, points: np.ndarray | None) -> tuple[list, np.ndarray]:
-    """Polygons in the plane of the picture, far ones first, and their colours."""
+def _seen(mesh: TriMesh, colour: np.ndarray | None, points: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles (k, 3, 2) in the plane of the picture, far ones first, and their colours (k, 3)."""
     V, corners = _turned(mesh.V), mesh.F
     T = V[corners]
     normal = np.cross(T[:, 1] - T[:, 0], T[:, 2] - T[:, 0])
@@ -54,15 +54,15 @@ def _seen(mesh: TriMesh, colour: np.ndarray | None, points: np.ndarray | None) -
     shade = 0.35 + 0.65 * np.clip(np.where(behind, -1, 1) * (normal @ (LIGHT / np.linalg.norm(LIGHT))), 0, 1)
     base = np.tile(FRONT, (len(T), 1)) if colour is None else colour
     shades = np.where(behind[:, None], BACK, base) * shade[:, None]
-    shapes, depth = list(T[:, :, :2]), T[:, :, 2].mean(1) - 0.15 * behind  # the inside of a closed mesh does not show through
-    if points is not None:  # small squares, drawn over the triangles that they lie on
+    shapes, depth = T[:, :, :2], T[:, :, 2].mean(1)
+    depth -= behind * np.ptp(T[:, :, 2], axis=1)  # so that the inside of a coarse mesh does not show through its outside
+    if points is not None:  # small triangles, a little nearer than what they lie on
         at = _turned(points)
-        square = DOT * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-        shapes += list(at[:, None, :2] + square)
-        depth = np.concatenate([depth, at[:, 2] + 0.12])
+        shapes = np.concatenate([shapes, at[:, None, :2] + DOT * np.array([[-1, -0.6], [1, -0.6], [0, 1.2]])])
+        depth = np.concatenate([depth, at[:, 2] + 0.06])
         shades = np.concatenate([shades, np.tile(MARK, (len(at), 1))])
     order = np.argsort(depth, kind="stable")
-    return [shapes[k] for k in order], shades[order]
+    return shapes[order], shades[order]
 
 
 def _turned(V: np.ndarray) -> np.ndarray:

@@ -4,10 +4,11 @@ import numpy as np
 from npm_blender.core import TriMesh
 
 
-def bumpy_torus(around: int = 144, across: int = 56) -> TriMesh:
-    """A torus with knobs and a groove that winds round the tube, 2 * around * across faces, in the unit frame: centred, longest side of its box 1.
+def bumpy_torus(around: int = 112, across: int = 44) -> TriMesh:
+    """A torus with knobs and a groove that winds round the tube, 2 * around * across faces, in the unit frame.
 
-    All stages but compress work in that frame. Vertex (i, j) is number i * across + j; i runs round the hole, j round the tube.
+    That is: centred, longest side of its box 1; all stages but compress work in it.
+    Vertex (i, j) is number i * across + j; i runs round the hole, j round the tube.
     """
     u, v = np.meshgrid(np.arange(around) * 2 * np.pi / around, np.arange(across) * 2 * np.pi / across, indexing="ij")
     knobs = 0.07 * np.sin(7 * u) * np.sin(2 * v)
