@@ -5,18 +5,18 @@ off is detail, never surface.
 """
 from examples.picture import draw, folder
 from examples.shapes import bumpy_torus
-from npm_blender.core import CompressSettings, compress, open_stream, write_mesh
+from npm_blender.core import CompressSettings, LodSettings, compress, open_stream, write_mesh
 
 mesh = bumpy_torus()
-# refine_steps=0: no gradient descent (07_refine), so this takes a second, and needs no torch
-made = compress(mesh, CompressSettings(refine_steps=0))
+# a small base for a small mesh; refine_steps=0: no gradient descent (07_refine), so this takes a second and needs no torch
+made = compress(mesh, CompressSettings(LodSettings(base_faces=200), refine_steps=0))
 print(f"{len(mesh.F):,} faces -> {len(made.data):,} bytes; cleaning: {made.report.cleaning}")
 
 stream = open_stream(made.data)
 print(f"base mesh: {stream.base_faces} faces in {stream.base_bytes} bytes; levels 0 to {stream.levels}")
 
 panels = {f"input, {len(mesh.F):,} faces": mesh}
-for size in (stream.base_bytes, 2000, len(made.data)):
+for size in (stream.base_bytes, 1000, len(made.data)):
     cut = open_stream(made.data[:size])  # as if no more had arrived
     panels[f"{size:,} bytes, {cut.features:,} features"] = cut.decode()  # the finest level
     print(f"the first {size:,} bytes hold {cut.features:,} features")

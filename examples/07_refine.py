@@ -1,7 +1,7 @@
 """What is sent, improved by gradient descent through the decoder (npm_blender/core/refinement; needs torch).
 
 The encoder makes a first guess. The sender can do better: it has the decoder and the input, so it moves base, latents and offsets
-down the gradient of the distance between the two. The receiver pays nothing for it. Here 4 steps a stage; by default 24.
+down the gradient of the distance between the two. The receiver pays nothing for it. Here 3 steps a stage; by default 24.
 """
 import sys
 from importlib.util import find_spec
@@ -17,7 +17,7 @@ if find_spec("torch") is None:
 
 mesh = bumpy_torus(72, 28)
 original, lines = Original(mesh, samples=10_000), {}
-for steps in (0, 4):
+for steps in (0, 3):
     settings = CompressSettings(LodSettings(base_faces=100, levels=2), refine_steps=steps)
     stream = open_stream(compress(mesh, settings).data)
     counts = [n for n in (0, 20, 40, 100, 200, 400) if n < stream.features] + [stream.features]

@@ -46,7 +46,7 @@ def test_an_example_writes_a_mesh_and_a_picture(made, example):
 
 
 def test_the_stream_of_the_first_example_opens(made):
-    assert open_stream((made / "00_torus.npmesh").read_bytes()).decode(level=0).F.shape == (400, 3)
+    assert open_stream((made / "00_torus.npmesh").read_bytes()).decode(level=0).F.shape == (200, 3)
 
 
 def test_the_page_shows_every_example_with_its_picture(made):
