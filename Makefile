@@ -9,13 +9,16 @@ VENV := .venv
 PY := $(VENV)/bin/python
 PIP := $(PY) -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo bench test test-fast test-shuffled lint extension check-extension shots clean
+.PHONY: help demo examples bench test test-fast test-shuffled lint extension check-extension shots clean
 
 help:  ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 demo: $(VENV)/.demo  ## Compress, measure and render a sculpt (or MESH=path) into out/demo
 	$(PY) -m npm_blender demo $(if $(MESH),"$(MESH)")
+
+examples: $(VENV)/.test  ## Run every stage of the method on one small mesh, and make a page of it: out/examples/index.html
+	$(PY) -m examples.gallery
 
 bench: $(VENV)/.bench  ## Compare with other codecs on CORPUS=path, or on meshes that Blender makes; QUICK=1: 6 meshes
 	$(PY) -m benchmarks.compare $(if $(CORPUS),"$(CORPUS)") $(if $(QUICK),--quick) $(BENCH)
