@@ -146,7 +146,7 @@ def _code_flag(coder, m, site, batch, state, streak, chosen):
     return code_bit(coder, chosen, f, STREAK + min(streak, 15), STREAK + 16 + valence, MIX_FLAG)
 
 
-@compiled(allocates=True)
+@compiled
 def _code_split(coder, m, site, batch, plan, state):
     """Split a vertex; returns a hash of what was coded."""
     p, q = -1, -1
@@ -181,7 +181,7 @@ def _code_correction(coder, m, site, batch, plan):
     return 8 * move + 1
 
 
-@compiled(allocates=True)
+@compiled
 def _code_batch(coder, m, target, plan, batch, state, limit, trace, visits):
     """One batch: splits, and corrections where its steps are finer; counts on from `visits`."""
     streak = 0
