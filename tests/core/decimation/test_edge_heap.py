@@ -1,6 +1,6 @@
 """The queue of edges against a dictionary of prices."""
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from npm_blender.core.decimation.edge_heap import DEAD, REJECTED, heapify_edges, put_edge, take_edge
@@ -14,6 +14,7 @@ def is_heap(heap, key, place, size):
     return all(key[(at - 1) // 2] <= key[at] for at in range(1, size)) and all(place[heap[at]] == at for at in range(size))
 
 
+@settings(deadline=None)  # the first call loads compiled code
 @given(st.lists(st.integers(0, 5), max_size=EDGES), STEPS)
 def test_holds_the_prices_that_were_put_and_the_cheapest_comes_first(first, steps):
     heap, key, place = np.full(EDGES, -7, np.int32), np.empty(EDGES), np.full(EDGES, REJECTED, np.int32)
