@@ -20,4 +20,4 @@ def test_pages_of_a_book_come_apart():
 def test_a_vertex_where_surfaces_meet_is_split_off():
     m = pinched_spheres()
     V, F, opened, copies = cut(m.V, EdgeGroups.of(m.F, len(m.V)))
-    assert (opened, copies) == (0, 1) and (vertex_fans(F, opposite_halfedges(F), len(V)) == 1).all()
+    assert (opened, copies) == (0, 1) and vertex_fans(F, opposite_halfedges(F), len(V)).max() == 1
