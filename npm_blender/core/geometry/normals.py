@@ -56,9 +56,9 @@ def vertex_normals(mesh: TriMesh) -> np.ndarray:
 
     >>> from npm_blender.core import TriMesh
     >>> from npm_blender.core.geometry import vertex_normals
-    >>> roof = TriMesh.from_arrays([[0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, 0, -1]], [[0, 1, 2], [1, 0, 3]])
-    >>> vertex_normals(roof).round(3).tolist()
-    [[-0.707, 0.0, 0.707], [-0.707, 0.0, 0.707], [0.0, 0.0, 1.0], [-1.0, 0.0, 0.0]]
+    >>> step = TriMesh.from_arrays([[0, 0, 0], [0, 1, 0], [-1, 0, 0], [0, 0, -1]], [[0, 1, 2], [1, 0, 3]])
+    >>> vertex_normals(step).round(3).tolist()
+    [[0.707, 0.0, 0.707], [0.707, 0.0, 0.707], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]
     """
     N = np.zeros((len(mesh.V), 3))
     _of_vertices(mesh.V, mesh.F, N)
