@@ -53,7 +53,7 @@ def _random(state):
     return ((state[RANDOM] >> 33) & 0xFFFFF) / 524288.0 - 1.0
 
 
-@compiled
+@compiled(inline="always")
 def _move(surface, points, v, x, y, z, w):
     """Move point v by (x, y, z) over the surface; w (3,): work space."""
     w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]

@@ -95,7 +95,7 @@ def _try_place(surface, rings, points, v, g, search):
         search.face[0] = g
 
 
-@compiled
+@compiled(inline="always")
 def _trace_from(surface, rings, points, v, o, x, y, z, search):
     """Try for v the place (x, y, z) away from point o over the surface."""
     w = search.tried
