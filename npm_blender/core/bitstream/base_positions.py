@@ -150,7 +150,7 @@ def encode_positions(ints: np.ndarray, F: np.ndarray) -> bytes:
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import decode_positions, encode_positions
-    >>> F = np.array([[0, 1, 2], [1, 0, 3]])
+    >>> F = np.array([[0, 1, 2], [3, 1, 0]])
     >>> data = encode_positions(np.array([[0, 0, 0], [8, 0, 0], [0, 8, 0], [8, -8, 0]]), F)
     >>> decode_positions(data, F).tolist()
     [[0, 0, 0], [8, 0, 0], [0, 8, 0], [8, -8, 0]]
@@ -170,7 +170,7 @@ def decode_positions(data: bytes, F: np.ndarray) -> np.ndarray:
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import decode_positions, encode_positions
-    >>> F = np.array([[0, 1, 2], [1, 0, 3]])
+    >>> F = np.array([[0, 1, 2], [3, 1, 0]])
     >>> data = encode_positions(np.array([[0, 0, 0], [8, 0, 0], [0, 8, 0], [8, -8, 0]]), F)
     >>> decode_positions(data, F)[3].tolist()
     [8, -8, 0]

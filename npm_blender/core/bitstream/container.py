@@ -31,10 +31,10 @@ class EncodedBase(NamedTuple):
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import EncodedBase, encode_connectivity, encode_positions
-    >>> V0, F0 = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [1, 0, 3]])
+    >>> V0, F0 = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]])
     >>> base = EncodedBase(F0, encode_connectivity(F0), encode_positions(V0, F0))
     >>> len(base.connectivity)
-    4
+    3
     """
 
     F0: np.ndarray
@@ -50,9 +50,9 @@ def encode_base(V0_ints: np.ndarray, F0: np.ndarray, connectivity: bytes | None 
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import encode_base
-    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [1, 0, 3]]))
+    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]]))
     >>> len(base.connectivity)
-    4
+    3
     """
     return EncodedBase(F0, encode_connectivity(F0) if connectivity is None else connectivity, encode_positions(V0_ints, F0))
 
@@ -64,7 +64,7 @@ class StreamWriter:
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import Header, StreamWriter, encode_base, read_stream
-    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [1, 0, 3]]))
+    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]]))
     >>> header = Header("demo", bytes(8), 1, 10, (0.5,), 2, 2, 4, (0, 0, 0), 1.0)
     >>> writer = StreamWriter(header, base, np.zeros(2, int), np.arange(2), np.ones((2, 8), int))
     >>> [read_stream(writer.stream(k)).header.total_features for k in (0, 1, 2)]
@@ -126,7 +126,7 @@ def write_stream(header: Header, V0_ints: np.ndarray, F0: np.ndarray, group: np.
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import Header, write_stream
-    >>> V0, F0 = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [1, 0, 3]])
+    >>> V0, F0 = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]])
     >>> header = Header("demo", bytes(8), 1, 10, (0.5,), 1, 2, 4, (0, 0, 0), 1.0)
     >>> data = write_stream(header, V0, F0, [0], [1], np.ones((1, 8), int))
     >>> data[1:4]
@@ -143,7 +143,7 @@ def read_stream(data: bytes, strict: bool = False) -> ParsedStream:
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import Header, read_stream, write_stream
-    >>> V0, F0 = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [1, 0, 3]])
+    >>> V0, F0 = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]])
     >>> header = Header("demo", bytes(8), 1, 10, (0.5,), 1, 2, 4, (0, 0, 0), 1.0)
     >>> data = write_stream(header, V0, F0, [0], [1], np.ones((1, 8), int))
     >>> whole, cut = read_stream(data), read_stream(data[:-1])

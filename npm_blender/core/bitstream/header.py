@@ -90,7 +90,7 @@ class ParsedStream:
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import Header, read_stream, write_stream
-    >>> V0, F0 = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [1, 0, 3]])
+    >>> V0, F0 = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]])
     >>> header = Header("demo", bytes(8), 1, 10, (0.5,), 2, 2, 4, (0, 0, 0), 1.0)
     >>> stream = read_stream(write_stream(header, V0, F0, [0, 0], [1, 0], np.ones((2, 8), int)))
     >>> stream.face.tolist(), stream.packet_ends[0].tolist()  # one packet of two features, inside it sorted by face

@@ -71,7 +71,7 @@ def range_encoder(contexts: np.ndarray, weights: np.ndarray, capacity: int) -> C
     >>> from npm_blender.core.bitstream import code_raw, finish_encoding, new_contexts, new_weights, range_encoder
     >>> coder = range_encoder(new_contexts(1), new_weights(1), capacity=8)
     >>> code_raw(coder, 0b1011, 4), finish_encoding(coder).hex()
-    (11, '50')
+    (11, '40')
     """
     rc = np.array([ENCODE, 0, (1 << 32) - 1, 0, capacity], dtype=np.int64)
     return Coder(rc, np.zeros(capacity + 8, dtype=np.uint8), contexts, weights)
@@ -81,7 +81,7 @@ def range_decoder(contexts: np.ndarray, weights: np.ndarray, data: bytes) -> Cod
     """A coder that reads `data`; beyond its end it reads zeros, as the encoder drops trailing zeros.
 
     >>> from npm_blender.core.bitstream import code_raw, new_contexts, new_weights, range_decoder
-    >>> code_raw(range_decoder(new_contexts(1), new_weights(1), b"\\x50"), 0, 4)  # the 0 is ignored
+    >>> code_raw(range_decoder(new_contexts(1), new_weights(1), b"\\x40"), 0, 4)  # the 0 is ignored
     11
     """
     buf = np.frombuffer(bytes(data) + b"\0\0\0\0", dtype=np.uint8).copy()

@@ -70,11 +70,12 @@ def compress(
     the base mesh), WeightsError, DependencyError (refinement asked for without torch), Cancelled (from `progress`).
 
     >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
-    >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
-    >>> settings = CompressSettings(LodSettings(base_faces=4, levels=1), refine_steps=0)
+    >>> V = [[x, y, x * y / 8] for y in range(5) for x in range(5)]
+    >>> F = [f for i in range(19) if i % 5 < 4 for f in ([i, i + 1, i + 5], [i + 1, i + 6, i + 5])]
+    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1), refine_steps=0)
     >>> made = compress(TriMesh.from_arrays(V, F), settings, progress=lambda fraction, message: None)
     >>> made.report.base_faces, len(open_stream(made.data).decode(level=1).F)
-    (4, 16)
+    (8, 32)
     """
     _check_arguments(mesh, settings)
     progress = _told_of_compiling(progress)

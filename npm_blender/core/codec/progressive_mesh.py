@@ -21,12 +21,13 @@ class ProgressiveMesh:
     total_features: of the whole stream; levels: the finest; base_bytes, total_bytes: of the shortest prefix, and of this one.
 
     >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
-    >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
-    >>> settings = CompressSettings(LodSettings(base_faces=4, levels=1), refine_steps=0)
+    >>> V = [[x, y, x * y / 8] for y in range(5) for x in range(5)]
+    >>> F = [f for i in range(19) if i % 5 < 4 for f in ([i, i + 1, i + 5], [i + 1, i + 6, i + 5])]
+    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1), refine_steps=0)
     >>> data = compress(TriMesh.from_arrays(V, F), settings, progress=lambda fraction, message: None).data
     >>> mesh = open_stream(data)
     >>> [mesh.faces_at(level) for level in (0, 1)], mesh.bytes_for(0) == mesh.base_bytes
-    ([4, 16], True)
+    ([8, 32], True)
     """
 
     def __init__(self, stream: ParsedStream, size: int) -> None:
@@ -164,13 +165,14 @@ def open_stream(data: bytes) -> ProgressiveMesh:
     Raises StreamError (no bytes, foreign, newer, corrupted, or cut before the end of the base mesh), WeightsError.
 
     >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
-    >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
-    >>> settings = CompressSettings(LodSettings(base_faces=4, levels=1), refine_steps=0)
+    >>> V = [[x, y, x * y / 8] for y in range(5) for x in range(5)]
+    >>> F = [f for i in range(19) if i % 5 < 4 for f in ([i, i + 1, i + 5], [i + 1, i + 6, i + 5])]
+    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1), refine_steps=0)
     >>> data = compress(TriMesh.from_arrays(V, F), settings, progress=lambda fraction, message: None).data
     >>> whole = open_stream(data)
     >>> cut = open_stream(data[:whole.base_bytes])  # what has arrived after the base mesh
     >>> cut.features, cut.truncated, len(cut.decode(level=0).F)
-    (0, True, 4)
+    (0, True, 8)
     """
     if not isinstance(data, bytes | bytearray | memoryview):
         kind = "a path" if isinstance(data, str | PathLike) else f"a {type(data).__name__}"

@@ -28,11 +28,12 @@ class StoredStream:
 
     >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress
     >>> from npm_blender.core.codec import StoredStream, receive
-    >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
-    >>> settings = CompressSettings(LodSettings(base_faces=4, levels=1), refine_steps=0)
+    >>> V = [[x, y, x * y / 8] for y in range(5) for x in range(5)]
+    >>> F = [f for i in range(19) if i % 5 < 4 for f in ([i, i + 1, i + 5], [i + 1, i + 6, i + 5])]
+    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1), refine_steps=0)
     >>> read = receive(compress(TriMesh.from_arrays(V, F), settings, progress=lambda fraction, message: None).data)
     >>> len(StoredStream(read.data, read.arrays).open().decode(level=0).F)
-    4
+    8
     """
 
 

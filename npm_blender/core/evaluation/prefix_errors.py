@@ -106,12 +106,13 @@ def measure_prefixes(stream: ProgressiveMesh, original: TriMesh, progress: Progr
 
     >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
     >>> from npm_blender.core.evaluation import measure_prefixes
-    >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    >>> V = [[x, y, x * y / 8] for y in range(5) for x in range(5)]
+    >>> F = [f for i in range(19) if i % 5 < 4 for f in ([i, i + 1, i + 5], [i + 1, i + 6, i + 5])]
     >>> mesh = TriMesh.from_arrays(V, F)
-    >>> settings = CompressSettings(LodSettings(base_faces=4, levels=1), refine_steps=0)
+    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1), refine_steps=0)
     >>> errors = measure_prefixes(open_stream(compress(mesh, settings, progress=lambda *_: None).data), mesh)
     >>> errors.features[0], len(errors.errors), errors.size
-    (0, 2, 1.0)
+    (0, 2, 4.0)
     """
     from .metrics import Original  # only here: this import loads or compiles the search for closest points
 

@@ -4,7 +4,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
-from npm_blender.core.bitstream.connectivity import MAX_FACES, canonical_order, decode_connectivity, encode_connectivity
+from npm_blender.core.bitstream.connectivity import (
+    MAX_FACES,
+    canonical_order,
+    decode_connectivity,
+    encode_connectivity,
+    order_connectivity,
+)
 from npm_blender.core.bitstream.varint import write_varint
 from npm_blender.core.errors import MeshError, StreamError
 from npm_blender.core.mesh.topology import topology_of
@@ -36,6 +42,7 @@ def check(F):
     data = encode_connectivity(order.F)
     back = decode_connectivity(data)
     assert back.dtype == np.int32 and np.array_equal(back, order.F)
+    assert order_connectivity(F, n).data == data
     again = canonical_order(order.F, n)
     assert np.array_equal(again.F, order.F) and (again.vertices == np.arange(n)).all()
     return data
