@@ -9,7 +9,7 @@ VENV := .venv
 PY := $(VENV)/bin/python
 PIP := $(PY) -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo examples bench test test-fast lint extension check-extension shots clean
+.PHONY: help demo examples bench test test-fast test-shuffled lint extension check-extension shots clean
 
 help:  ## Show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-15s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -26,11 +26,15 @@ bench: $(VENV)/.bench  ## Compare with other codecs on CORPUS=path, or on meshes
 test: $(VENV)/.test  ## Run the tests (or those of TESTS=path)
 	$(PY) -m pytest $(TESTS)
 
-test-fast: $(VENV)/.test  ## Run the tests without those that take long (or those of TESTS=path)
-	$(PY) -m pytest -m "not slow" $(TESTS)
+test-fast: $(VENV)/.test  ## Run the tests that are quick and need no Blender, on two cores, in about a minute
+	$(PY) -m pytest -m "not slow and not blender" -n 2 --dist loadfile $(TESTS)
 
-lint: $(VENV)/.test  ## Check the style
+test-shuffled: $(VENV)/.test  ## Run the tests in an order drawn by SEED: none may lean on another
+	$(PY) -m pytest --random-order-bucket=module --random-order-seed=$(or $(SEED),1) $(TESTS)
+
+lint: $(VENV)/.test  ## Check the style, and the types of the core
 	$(PY) -m ruff check
+	$(PY) -m mypy
 
 extension: $(VENV)/.demo  ## Build the extension's zips into dist (DEBIAN=1: for Debian's Blenders; BLENDER=path builds)
 	$(PY) -m extension.build $(if $(DEBIAN),--debian) $(if $(BLENDER),--blender "$(BLENDER)")

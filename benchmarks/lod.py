@@ -46,7 +46,7 @@ def border_length(V: np.ndarray, F: np.ndarray, opposite: np.ndarray) -> float:
     return float(np.linalg.norm(V[a] - V[b], axis=1).sum())
 
 
-def turned(V: np.ndarray, N: np.ndarray, F: np.ndarray) -> float:
+def flipped(V: np.ndarray, N: np.ndarray, F: np.ndarray) -> float:
     """Share of faces that oppose the input's normals N at their corners."""
     return float(((TriMesh(V[: F.max() + 1], F).face_normals() * N[F].sum(1)).sum(1) < 0).mean())
 
@@ -61,8 +61,8 @@ def measure(task: Task) -> dict:
     lod = build_levels(decimation, LEVELS)
     seconds = (middle - begun, time.process_time() - middle)
     source, base = topology_of(unit.F), topology_of(lod.F0)
-    lods = hierarchy(lod.F0, len(lod.V0), LEVELS)
-    finest = lods[-1].F
+    levels = hierarchy(lod.F0, len(lod.V0), LEVELS)
+    finest = levels[-1].F
     row = {
         "faces": len(unit.F),
         "base_faces": len(lod.F0),
@@ -75,11 +75,11 @@ def measure(task: Task) -> dict:
         "manifold": bool((vertex_fans(lod.F0, opposite_halfedges(lod.F0), len(lod.V0)) == 1).all()),
         "handles": (2 * base.components - base.border_loops - base.euler) // 2,
         "finite": bool(np.isfinite(lod.V).all() and np.isfinite(lod.N).all()),
-        "turned": [turned(lod.V, lod.N, level.F) for level in lods[1:]],
-        "turned_before": turned(unit.V, vertex_normals(unit), unit.F),
+        "flipped": [flipped(lod.V, lod.N, level.F) for level in levels[1:]],
+        "flipped_before": flipped(unit.V, vertex_normals(unit), unit.F),
     }
     if source.border_loops:
-        there = border_length(lod.V, finest, lods[-1].opposite)
+        there = border_length(lod.V, finest, levels[-1].opposite)
         row["border"] = there / border_length(unit.V, unit.F, decimation.opposite)
     if task.floor:
         original = Original(unit, 50_000)
@@ -98,13 +98,13 @@ def causes(row: dict) -> list[str]:
 
 
 def validity(rows: dict[str, dict]) -> list[str]:
-    """Lines on all meshes: failures by cause, base sizes, turned faces, borders."""
+    """Lines on all meshes: failures by cause, base sizes, flipped faces, borders."""
     failed = {name: causes(row) for name, row in rows.items() if causes(row)}
     good = [row for name, row in rows.items() if name not in failed]
     reasons = (row["message"].split(": ", 1)[-1].split(" at least ")[0] for row in good if row["base_faces"] > BASE_FACES)
     stopped = Counter(re.sub("[0-9,]+ (?=separate)| [(]holes[^)]*[)]", "", reason) for reason in reasons)
-    share = np.array([row["turned"] for row in good])
-    before = np.array([row["turned_before"] for row in good])
+    share = np.array([row["flipped"] for row in good])
+    before = np.array([row["flipped_before"] for row in good])
     border = np.array([row["border"] for row in good if "border" in row])
     lines = [
         f"{len(good)} of {len(rows)} meshes give a valid sequence: manifold, Euler characteristic, components and border "
@@ -116,7 +116,7 @@ def validity(rows: dict[str, dict]) -> list[str]:
         + f"; meshes with more than 0.1 % at level {LEVELS}: {(share[:, -1] > 1e-3).sum()}, of which "
         + f"{(before[share[:, -1] > 1e-3] > 1e-3).sum()} have more than 0.1 % of such faces themselves.",
         "",
-        *turned_by_handles(np.array([row["handles"] for row in good]), share[:, -1]),
+        *flipped_by_handles(np.array([row["handles"] for row in good]), share[:, -1]),
         "",
         f"Border length of level {LEVELS} over the input's, {len(border)} open meshes: median {np.median(border):.4f}, "
         f"within 2 % on {100 * np.mean(np.abs(border - 1) < 0.02):.1f} %, least {border.min():.3f}, most {border.max():.3f}.",
@@ -127,8 +127,8 @@ def validity(rows: dict[str, dict]) -> list[str]:
     return lines
 
 
-def turned_by_handles(handles: np.ndarray, share: np.ndarray) -> list[str]:
-    """Lines of the table of turned faces at the finest level by the number of handles, which a small base must keep."""
+def flipped_by_handles(handles: np.ndarray, share: np.ndarray) -> list[str]:
+    """Lines of the table of flipped faces at the finest level by the number of handles, which a small base must keep."""
     lines = ["| handles | meshes | flipped, mean % | more than 0.1 % |", "|---|---|---|---|"]
     for least, most in ((0, 0), (1, 4), (5, 19), (20, 39), (40, None)):
         here = (handles >= least) & (handles <= (most if most is not None else handles.max(initial=0)))

@@ -40,20 +40,31 @@ def load(o: argparse.Namespace) -> Results:
 
 def page(results: Results, o: argparse.Namespace, runtime: dict | None, pictures: str, entries: list[Entry]) -> str:
     """The Markdown page. pictures: the folder of the plots, as the page sees it; entries: the meshes."""
+    out = ["# Results", "", losses.paragraph(results), "", origin(results, o, pictures), ""]
+    out += equal_bytes(results, pictures, entries)
+    out += section(o.report) if o.report else []
+    out += paper_tables(results, runtime, pictures)
+    out += [stages(results), "", failures(results), ""]
+    return "\n".join(out)
+
+
+def origin(results: Results, o: argparse.Namespace, pictures: str) -> str:
+    """How and of what the page was made, and the units of its figures."""
     model = load_weights()
     counts = ", ".join(f"{name} {len(results.rows[m])}" for m, name in results.names.items())
     chosen = f"the {o.split} split of {o.corpus.name}" if o.corpus else "meshes that Blender makes"
-    out = [
-        "# Results",
-        "",
-        losses.paragraph(results),
-        "",
+    return (
         f"Made {date.today()} by `{command(o)}` ({chosen}, {len(results.meshes)} meshes; weights {model.model_id} "
         f"{model.digest.hex()}). d_pm, d_reverse and the 99th percentile of d_pm's distances: unit cube x 1e-4; d_normal: "
         f"degrees; {o.samples:,} points each way. Meshes by method: {counts}. A comparison is over the meshes that both "
         "methods have; in brackets how many, where it is not all. Every figure: "
-        f"[results.csv]({pictures}/results.csv), [results.json]({pictures}/results.json).",
-        "",
+        f"[results.csv]({pictures}/results.csv), [results.json]({pictures}/results.json)."
+    )
+
+
+def equal_bytes(results: Results, pictures: str, entries: list[Entry]) -> list[str]:
+    """Lines of the section that compares files of equal size."""
+    out = [
         "## Equal bytes",
         "",
         "Whole files, connectivity included; 1 kB is 1,000 bytes. Ours, Progressive Meshes and the subdivision "
@@ -68,8 +79,12 @@ def page(results: Results, o: argparse.Namespace, runtime: dict | None, pictures
     out += [f"![Errors by bytes]({pictures}/bytes.png)", ""]
     out += ["Meshes that we win and lose, by d_pm:", "", *tables.wins(results), ""]
     out += [f"![Our d_pm over QSlim + Draco's, by mesh]({pictures}/meshes.png)", "", *tables.whole(results), ""]
-    out += section(o.report) if o.report else []
-    out += [
+    return out
+
+
+def paper_tables(results: Results, runtime: dict | None, pictures: str) -> list[str]:
+    """Lines of the section that repeats the paper's tables on the measured meshes."""
+    return [
         "## The paper's tables",
         "",
         "With the paper's compression ratio: numbers of the input over numbers sent, 3 a vertex, 8 a latent, 3 a feature of "
@@ -100,12 +115,7 @@ def page(results: Results, o: argparse.Namespace, runtime: dict | None, pictures
         "",
         *tables.seconds(results),
         "",
-        stages(results),
-        "",
-        failures(results),
-        "",
     ]
-    return "\n".join(out)
 
 
 def stages(results: Results) -> str:

@@ -17,6 +17,8 @@ import numpy as np
 LIMIT_SECONDS = 20
 BLOCK = 12  # changes of one object before the other's turn; all levels as often
 SHARE = 0.3  # of the window's width and height that the viewport keeps
+# the kinds of change that are timed; `own` is the extension's processor time
+NAMES = ("new", "new_own", "known", "known_own", "plain", "redraw", "switch", "switch_own", "plain_switch")
 Frames = Generator[None, None, float]
 
 
@@ -115,7 +117,7 @@ def positions_of(mesh: bpy.types.Mesh) -> np.ndarray:
     return out
 
 
-class Clock:
+class UpdateTimer:
     """Milliseconds of processor time of the window's thread in the extension's updates, since `take` was called."""
 
     def __init__(self, updates) -> None:
@@ -139,6 +141,87 @@ class Clock:
         self._updates.show_or_say = self._show
 
 
+class Comparison:
+    """The same changes of a preview and of an ordinary object; `times`: milliseconds of each kind of change, by name."""
+
+    def __init__(self, drag, stamp: str) -> None:
+        """drag: a slider.Drag that has shown every level; stamp: the property of a mesh that says what it holds."""
+        self.drag, self.stamp = drag, stamp
+        self.viewport, self.timer, self.plain = Viewport(), UpdateTimer(drag.updates), Plain(drag.obj)
+        self.times: dict[str, list[float]] = {name: [] for name in NAMES}
+
+    def end(self) -> None:
+        """Watch no more, and remove the ordinary object."""
+        for part in (self.viewport, self.timer, self.plain):
+            part.end()
+
+    def show_only(self, obj: bpy.types.Object) -> Generator[None, None, None]:
+        """Hide the other of the two objects."""
+        for other in (self.drag.obj, self.plain.obj):
+            other.hide_set(other != obj)
+        yield from _frames()
+
+    def move(self, features: int, *names: str) -> Frames:
+        """Set the slider; names: where the time until it was drawn goes, and of it the extension's own."""
+        obj, state = self.drag.obj, self.drag.state
+        wanted = f"{state.digest}:{features}"
+        if obj.data.get(self.stamp) == wanted:  # two positions with as many features: nothing moves
+            return
+        self.timer.take()
+        took = yield from self.viewport.visible(lambda: setattr(state, "features", features),
+                                                lambda: obj.data.get(self.stamp) == wanted)
+        for name, value in zip(names, (took, self.timer.take()), strict=False):
+            self.times[name].append(value)
+
+    def switch(self, level: int) -> Frames:
+        """Show another level of the preview."""
+        obj, state = self.drag.obj, self.drag.state
+        mesh = state.meshes[level].mesh
+        if obj.data == mesh:
+            return
+        self.timer.take()
+        took = yield from self.viewport.visible(lambda: setattr(state, "level", str(level)), lambda: obj.data == mesh)
+        self.times["switch"].append(took)
+        self.times["switch_own"].append(self.timer.take())
+
+    def moves(self, there: list[int], known: int) -> Generator[None, None, None]:
+        """One round of the slider; the first `known` positions of the way back in turns with the ordinary object."""
+        area = _viewport(bpy.context.window_manager.windows[0])
+        visible, half = self.viewport.visible, len(there) // 2
+        yield from self.show_only(self.drag.obj)
+        for k in there[:half]:
+            yield from self.move(k, "new", "new_own")
+        for block in _blocks(there[half:half + known]):
+            yield from self.show_only(self.drag.obj)
+            drawn = []
+            for k in block:
+                yield from self.move(k, "known", "known_own")
+                drawn.append(positions_of(self.drag.obj.data))
+            yield from self.show_only(self.plain.obj)
+            for positions in drawn:
+                self.times["plain"].append((yield from visible(lambda p=positions: self.plain.move(p), lambda: True)))
+            for _ in block:
+                self.times["redraw"].append((yield from visible(area.tag_redraw, lambda: True)))
+        yield from self.show_only(self.drag.obj)
+        for k in there[half + known:]:
+            yield from self.move(k)
+
+    def switches(self, count: int) -> Generator[None, None, None]:
+        """So many changes of level, in turns with those of the ordinary object."""
+        finest, levels = self.drag.state.level, len(self.plain.levels)
+        for level in (*range(levels), int(finest)):
+            self.drag.switch(level)  # brings each to the features
+        for block in _blocks([k % levels for k in range(count)]):
+            yield from self.show_only(self.drag.obj)
+            for level in block:
+                yield from self.switch(level)
+            yield from self.show_only(self.plain.obj)
+            for level in block:
+                took = yield from self.viewport.visible(lambda v=level: self.plain.switch(v), lambda: True)
+                self.times["plain_switch"].append(took)
+        self.drag.state.level = finest
+
+
 def measured(drag, rounds: list[list[int]], known: int, switches: int, stamp: str) -> Generator[None, None, dict]:
     """Times in milliseconds, lists by name, as the generator's return value; it yields where Blender goes on.
 
@@ -146,68 +229,12 @@ def measured(drag, rounds: list[list[int]], known: int, switches: int, stamp: st
     seen just before; stamp: the property of a mesh that says what it holds. `plain` are the same changes of an ordinary
     object, in turns of BLOCK with those of the preview; `redraw` is a frame for which nothing has changed.
     """
-    viewport, clock = Viewport(), Clock(drag.updates)
-    plain, area = Plain(drag.obj), _viewport(bpy.context.window_manager.windows[0])
-    times: dict[str, list[float]] = {name: [] for name in ("new", "new_own", "known", "known_own", "plain", "redraw",
-                                                           "switch", "switch_own", "plain_switch")}
-
-    def move(features: int, *names: str) -> Frames:
-        wanted = f"{drag.state.digest}:{features}"
-        if drag.obj.data.get(stamp) == wanted:  # two positions with as many features: nothing moves
-            return
-        clock.take()
-        took = yield from viewport.visible(lambda: setattr(drag.state, "features", features),
-                                           lambda: drag.obj.data.get(stamp) == wanted)
-        for name, value in zip(names, (took, clock.take()), strict=False):
-            times[name].append(value)
-
-    def switch(level: int) -> Frames:
-        mesh = drag.state.meshes[level].mesh
-        if drag.obj.data == mesh:
-            return
-        clock.take()
-        took = yield from viewport.visible(lambda: setattr(drag.state, "level", str(level)), lambda: drag.obj.data == mesh)
-        times["switch"].append(took)
-        times["switch_own"].append(clock.take())
-
-    def only(obj: bpy.types.Object) -> Generator[None, None, None]:
-        for other in (drag.obj, plain.obj):
-            other.hide_set(other != obj)
-        yield from _frames()
-
+    comparison = Comparison(drag, stamp)
     for there in rounds:
-        yield from only(drag.obj)
-        half = len(there) // 2
-        for k in there[:half]:
-            yield from move(k, "new", "new_own")
-        for block in _blocks(there[half:half + known]):
-            yield from only(drag.obj)
-            drawn = []
-            for k in block:
-                yield from move(k, "known", "known_own")
-                drawn.append(positions_of(drag.obj.data))
-            yield from only(plain.obj)
-            for positions in drawn:
-                times["plain"].append((yield from viewport.visible(lambda p=positions: plain.move(p), lambda: True)))
-            for _ in block:
-                times["redraw"].append((yield from viewport.visible(area.tag_redraw, lambda: True)))
-        yield from only(drag.obj)
-        for k in there[half + known:]:
-            yield from move(k)
-    finest = drag.state.level
-    for level in (*range(len(plain.levels)), int(finest)):
-        drag.switch(level)  # brings each to the features
-    for block in _blocks([k % len(plain.levels) for k in range(switches)]):
-        yield from only(drag.obj)
-        for level in block:
-            yield from switch(level)
-        yield from only(plain.obj)
-        for level in block:
-            times["plain_switch"].append((yield from viewport.visible(lambda v=level: plain.switch(v), lambda: True)))
-    drag.state.level = finest
-    for part in (viewport, clock, plain):
-        part.end()
-    return times
+        yield from comparison.moves(there, known)
+    yield from comparison.switches(switches)
+    comparison.end()
+    return comparison.times
 
 
 def _blocks(values: list[int]) -> list[list[int]]:

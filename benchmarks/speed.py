@@ -115,7 +115,7 @@ def _child(*arguments: str) -> dict:
 
 
 def _all(repeats: int, depth: int, slow: bool, groups: list[str]) -> dict:
-    """The figures of `measure_prefixes`, in this process but for the memory."""
+    """The figures of `measure`, in this process but for the memory."""
     import torch
 
     from npm_blender.core.mesh import TriMesh, UnitFrame
@@ -182,10 +182,10 @@ def _forward(data: bytes, repeats: int) -> dict[str, dict[str, float]]:
     from npm_blender.core.network import NUMPY, MeshIndex, TorchBackend, decode, encode, load_weights, map_tree
 
     stream = read_stream(data)
-    opened = ProgressiveMesh(stream, len(data))
-    levels = hierarchy(stream.F0, len(stream.V0), opened.levels)
+    progressive = ProgressiveMesh(stream, len(data))
+    levels = hierarchy(stream.F0, len(stream.V0), progressive.levels)
     params = load_weights().params
-    positions = [opened.decode_positions(None, i).astype("float32") for i in range(opened.levels + 1)]
+    positions = [progressive.decode_positions(None, i).astype("float32") for i in range(progressive.levels + 1)]
     calls = {}
     for B, tree in ((NUMPY, params), (TorchBackend(), map_tree(torch.from_numpy, params))):
         meshes, V = [MeshIndex.of(B, level) for level in levels], [B.array(v) for v in positions]

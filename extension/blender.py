@@ -23,7 +23,7 @@ def program() -> Path | None:
 
 
 def command(blender: str | None = None) -> list[str]:
-    """The command that `build_bvh` and `validate` are arguments of.
+    """The command that `build` and `validate` are arguments of.
 
     blender: how a Blender is started, in words for a shell; else the environment's BLENDER, else a `blender` that is
     installed, else the bpy module. Raises ToolError.

@@ -71,7 +71,7 @@ def build(task: Task) -> dict:
         F0=lod.F0,
         V=lod.V.astype(np.float32),
         N=lod.N.astype(np.float32),
-        levels=np.int64(lod.levels),
+        levels=np.int64(lod.level_count),
     )
     temporary.replace(task.out)
     return {"faces": len(lod.F0), "message": lod.message}

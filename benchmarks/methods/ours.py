@@ -14,7 +14,7 @@ NAME = "ours"
 
 
 def stream(case: Case) -> ProgressiveMesh:
-    """The opened stream; the seconds of its making go to case.seconds."""
+    """The stream, opened; the seconds of its making go to case.seconds."""
 
     def make() -> ProgressiveMesh:
         made = compress(case.mesh, case.settings)
@@ -26,37 +26,37 @@ def stream(case: Case) -> ProgressiveMesh:
 
 def at_bytes(case: Case, budgets: tuple[int, ...]) -> list[Coded | None]:
     """The features that a prefix of so many bytes holds, finest level."""
-    opened, out = stream(case), []
+    progressive, out = stream(case), []
     for budget in budgets:
-        if budget < opened.base_bytes:
+        if budget < progressive.base_bytes:
             out.append(None)
             continue
-        k = opened.features_for(min(budget, opened.total_bytes))
-        out.append(Coded(opened.decode(k), opened.bytes_for(k), f"{k} features"))
+        k = progressive.features_for(min(budget, progressive.total_bytes))
+        out.append(Coded(progressive.decode(k), progressive.bytes_for(k), f"{k} features"))
     return out
 
 
 def at_scalars(case: Case, counts: list[int]) -> list[TriMesh | None]:
     """As many features as have so few numbers, after those of the base mesh; None where the stream has not so many."""
-    opened, out = stream(case), []
-    numbers = np.array([3 * opened.base_vertices + opened.numbers(k) for k in range(opened.features + 1)])
+    progressive, out = stream(case), []
+    numbers = np.array([3 * progressive.base_vertices + progressive.numbers(k) for k in range(progressive.features + 1)])
     for count in counts:
         k = int(np.searchsorted(numbers, count, side="right")) - 1
-        out.append(opened.decode(k) if k >= 0 and count - numbers[k] < FEATURES else None)
+        out.append(progressive.decode(k) if k >= 0 and count - numbers[k] < FEATURES else None)
     return out
 
 
 def extra(case: Case) -> list[tuple[dict, TriMesh]]:
     """The rows of the paper's tables 2 and 3: by features, and by level with 400 and with all of them."""
-    opened, out = stream(case), []
+    progressive, out = stream(case), []
 
     def row(table: str, at, k: int, level: int) -> tuple[dict, TriMesh]:
-        about = {"table": table, "at": at, "features": k, "level": level, "bytes": opened.bytes_for(k)}
-        about["cr"] = compression_ratio(len(case.mesh.V), opened.base_vertices, opened.numbers(k))
-        return about, opened.decode(k, level)
+        about = {"table": table, "at": at, "features": k, "level": level, "bytes": progressive.bytes_for(k)}
+        about["cr"] = compression_ratio(len(case.mesh.V), progressive.base_vertices, progressive.numbers(k))
+        return about, progressive.decode(k, level)
 
-    counts = {k: min(k, opened.features) for k in POINTS} | {"all": opened.features}
-    out += [row("features", name, k, opened.levels) for name, k in counts.items()]
+    counts = {k: min(k, progressive.features) for k in POINTS} | {"all": progressive.features}
+    out += [row("features", name, k, progressive.levels) for name, k in counts.items()]
     for name in (POINTS[-1], "all"):
-        out += [row(f"levels, {name}", level, counts[name], level) for level in range(1, opened.levels)]
+        out += [row(f"levels, {name}", level, counts[name], level) for level in range(1, progressive.levels)]
     return out

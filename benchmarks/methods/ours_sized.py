@@ -26,10 +26,10 @@ def at_bytes(case: Case, budgets: tuple[int, ...]) -> list[Coded | None]:
             except SettingsError:
                 out.append(None)
                 continue
-            report, opened = found.report, open_stream(found.data)
+            report, progressive = found.report, open_stream(found.data)
             label = f"{report.base_faces} faces, {report.levels} levels"
             if report.base_faces == len(case.mesh.F) and report.bytes < 0.98 * budget:
                 label += ", everything"
-            coded = Coded(opened.decode(), report.bytes, label)
+            coded = Coded(progressive.decode(), report.bytes, label)
         out.append(coded)
     return out

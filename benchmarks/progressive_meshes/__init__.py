@@ -2,6 +2,8 @@
 
     simplify   collapses in order of their quadric error, batch by batch
     mesh       the receiver's mesh and the vertex split
+    contexts   which rows of the coder's contexts belong to what
+    places     where the two vertices of a split go <-> bits
     records    splits <-> bits; sender and receiver run the same function
     stream     header, base mesh and batches in bytes; any prefix past the base mesh decodes
 """

@@ -14,10 +14,11 @@ from npm_blender.core.jit import compiled
 from npm_blender.core.mesh import opposite_halfedges
 
 MAX_RING = 60  # vertices with more neighbours are not split
+VERTICES, FACES = 0, 1  # columns of Growing.counts
 
 
 class Growing(NamedTuple):
-    """X (n, 3), corner and opposite (3 m,), out (n,), valence (n,): faces at a vertex; counts (2,): vertices, faces."""
+    """X (n, 3), corner and opposite (3 m,), out (n,), valence (n,): faces at a vertex; counts (2,): VERTICES, FACES."""
 
     X: np.ndarray
     corner: np.ndarray
@@ -42,11 +43,22 @@ class Growing(NamedTuple):
 
     def faces(self) -> np.ndarray:
         """Faces (m, 3) int32 now."""
-        return self.corner[: 3 * self.counts[1]].reshape(-1, 3).copy()
+        return self.corner[: 3 * self.counts[FACES]].reshape(-1, 3).copy()
 
     def vertices(self) -> np.ndarray:
         """Positions (n, 3) float64 now."""
-        return self.X[: self.counts[0]].copy()
+        return self.X[: self.counts[VERTICES]].copy()
+
+
+class Site(NamedTuple):
+    """Vertex v, its neighbours ring[:count], and the half-edges spoke[:faces] from it into its faces; see ring_of."""
+
+    v: int
+    ring: np.ndarray
+    spoke: np.ndarray
+    count: int
+    faces: int
+    border: bool
 
 
 @compiled
@@ -81,7 +93,7 @@ def split(m, v, ring, spoke, faces, border, p, q):
 
     p = -1 only on the border: then the edge v-t is on the border too. Returns t.
     """
-    t, f = m.counts[0], m.counts[1]
+    t, f = m.counts[VERTICES], m.counts[FACES]
     first = max(p, 0)
     for k in range(first, q):
         m.corner[spoke[k]] = t
@@ -92,11 +104,11 @@ def split(m, v, ring, spoke, faces, border, p, q):
     q_back = -1 if q == 0 else prev_halfedge(spoke[q - 1])  # ring[q] -> t
     b0, b1, b2 = 3 * f, 3 * f + 1, 3 * f + 2  # t -> ring[q], ring[q] -> v, v -> t
     m.corner[b0], m.corner[b1], m.corner[b2] = t, ring[q], v
-    for own, other in ((b0, q_back), (b1, q_into)):
+    for h, other in ((b0, q_back), (b1, q_into)):
         if other >= 0:
-            _join(m, own, other)
+            _join(m, h, other)
         else:
-            m.opposite[own] = own
+            m.opposite[h] = h
     f += 1
     m.opposite[b2] = b2
     m.valence[ring[q]] += 1
@@ -128,7 +140,7 @@ def split(m, v, ring, spoke, faces, border, p, q):
     _first_out(m, ring[q])
     if p >= 0:
         _first_out(m, ring[p])
-    m.counts[0], m.counts[1] = t + 1, f
+    m.counts[VERTICES], m.counts[FACES] = t + 1, f
     return t
 
 

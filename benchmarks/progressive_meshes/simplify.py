@@ -6,6 +6,7 @@ close to the order of errors.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,14 +33,18 @@ from npm_blender.core.parameterization import ANCHORED, EDGE, INNER, MAX_RING
 SHARE = 8  # a batch collapses at most one vertex in SHARE
 DEARER = 4.0  # and no edge that costs this many times more than that share's dearest edge
 _TESTS = ((0.2, 0.01), (0.0, 0.001), (-0.9, 0.0))  # least cosine between normals, least face quality; then milder ones
+_MAX_VALENCES = 40  # of both ends of a collapsed edge
+_REFUSED = -1  # beside INNER, ANCHORED and EDGE: an edge that does not collapse
+KEPT, REMOVED = 0, 1  # columns of Collapses.ends and at
+BEGIN, END = 0, 1  # columns of Collapses.cuts
 
 
 @dataclass(frozen=True)
 class Collapses:
     """What was collapsed, first to last, and what was left.
 
-    ends (c, 2) int32: kept and removed vertex; cuts (c, 2) int32: ring vertices at which the removed vertex's faces
-    begin and end, -1 first where the collapsed edge was on the border; at (c, 2, 3) float64: positions of both before;
+    ends (c, 2) int32: the KEPT and the REMOVED vertex; cuts (c, 2) int32: the neighbours at which the removed vertex's faces
+    BEGIN and END, BEGIN -1 where the collapsed edge was on the border; at (c, 2, 3) float64: positions of both before;
     batch (c,) int32; cost (c,) float64: quadric error; X (n, 3): positions now; F (m, 3): faces left, input's numbers.
     """
 
@@ -50,6 +55,62 @@ class Collapses:
     cost: np.ndarray
     X: np.ndarray
     F: np.ndarray
+
+
+class Queue(NamedTuple):
+    """Edges by cost: heap (e,) int32, the cheapest first; cost (e,): of heap's entries; place (e,): of each edge in heap."""
+
+    heap: np.ndarray
+    cost: np.ndarray
+    place: np.ndarray
+
+
+class Rules(NamedTuple):
+    """target: faces at the end; of one batch most: collapses, dearest: cost; cosine, quality: of faces, see shape_holds."""
+
+    target: int
+    most: int
+    dearest: float
+    cosine: float
+    quality: float
+
+
+class Progress(NamedTuple):
+    """Number of the next batch, edges in the queue, faces left, collapses done."""
+
+    batch: int
+    queued: int
+    faces: int
+    done: int
+
+
+class Log(NamedTuple):
+    """Room for a row of each collapse, as in Collapses."""
+
+    ends: np.ndarray
+    cuts: np.ndarray
+    at: np.ndarray
+    batch: np.ndarray
+    cost: np.ndarray
+
+
+class Workspace(NamedTuple):
+    """blocked (n,) int64: the last batch that moved or surrounded each vertex; aside (e,) int32, aside_cost (e,): edges that
+    wait for the next batch; ring, face, dead: the neighbours, faces and dead edges of one collapse."""
+
+    blocked: np.ndarray
+    aside: np.ndarray
+    aside_cost: np.ndarray
+    ring: np.ndarray
+    face: np.ndarray
+    dead: np.ndarray
+
+    @staticmethod
+    def of(vertices: int, edges: int) -> "Workspace":
+        """For a mesh of so many vertices and edges."""
+        ring, face = np.zeros(MAX_RING + 8, np.int32), np.zeros(MAX_RING + 8, np.int32)
+        return Workspace(np.full(vertices, -1, np.int64), np.zeros(edges, np.int32), np.zeros(edges), ring, face,
+                         np.zeros(3, np.int32))
 
 
 @compiled
@@ -70,89 +131,92 @@ def _touch(m, Q, heap, cost, place, i, size):
             return size
 
 
-@compiled(allocates=True)
-def _batch(m, Q, heap, cost, place, size, faces, target, most, limit, cosine, quality, blocked, b, counts, ends, cuts, at,
-           batch, error, aside, aside_cost):
-    """One batch; returns queue size, faces left and number of collapses so far."""
-    ring, face = np.zeros(MAX_RING + 8, np.int32), np.zeros(MAX_RING + 8, np.int32)
-    dead = np.zeros(3, np.int32)
-    done, waiting, first = counts[0], 0, counts[0]
-    while size > 0 and faces > target and done - first < most and cost[0] <= limit:
+@compiled
+def _oriented(m, h):
+    """The half-edge of an edge that starts at the vertex to be kept, and its kind; _REFUSED if it joins two borders."""
+    o = m.opposite[h]
+    if o == h:
+        return h, EDGE
+    i, j = m.corner[h], m.corner[next_halfedge(h)]
+    at_i, at_j = is_border(m, i), is_border(m, j)
+    if at_i and at_j:
+        return h, _REFUSED
+    if at_j:
+        return o, ANCHORED
+    return h, ANCHORED if at_i else INNER
+
+
+@compiled
+def _note(log, done, X, i, j, begin, end):
+    """Row of a collapse of j into i."""
+    log.ends[done, KEPT], log.ends[done, REMOVED] = i, j
+    log.cuts[done, BEGIN], log.cuts[done, END] = begin, end
+    for k in range(3):
+        log.at[done, KEPT, k], log.at[done, REMOVED, k] = X[i, k], X[j, k]
+
+
+@compiled
+def _batch(m, Q, queue, now, rules, log, work):
+    """One batch, from the Progress `now`; returns the Progress after it."""
+    heap, cost, place = queue.heap, queue.cost, queue.place
+    ring, face, dead, blocked = work.ring, work.face, work.dead, work.blocked
+    cosine, quality = rules.cosine, rules.quality
+    size, faces, done, waiting = now.queued, now.faces, now.done, 0
+    while size > 0 and faces > rules.target and done - now.done < rules.most and cost[0] <= rules.dearest:
         e = heap[0]
         c = cost[0]
         size = take_edge(heap, cost, place, e, REJECTED, size)
         h = m.start[e]
-        o = m.opposite[h]
         i, j = m.corner[h], m.corner[next_halfedge(h)]
-        if blocked[i] == b or blocked[j] == b:
-            aside[waiting], aside_cost[waiting] = e, c
+        if blocked[i] == now.batch or blocked[j] == now.batch:
+            work.aside[waiting], work.aside_cost[waiting] = e, c
             waiting += 1
             continue
-        if m.valence[i] + m.valence[j] > 40:
+        h, kind = _oriented(m, h)
+        if kind == _REFUSED or m.valence[i] + m.valence[j] > _MAX_VALENCES:
             continue
-        kind = INNER
-        if o == h:
-            kind = EDGE
-        else:
-            at_i, at_j = is_border(m, i), is_border(m, j)
-            if at_i and at_j:
-                continue
-            if at_i or at_j:
-                kind = ANCHORED
-            if at_j:
-                h, o, i, j = o, h, j, i
-        r, t, s1, s2 = gather_stencil(m, h, kind, ring, face)
-        if t == 0 or (kind == INNER and r < 3) or not link_condition_holds(ring, r, s1, s2):
+        i, j = m.corner[h], m.corner[next_halfedge(h)]
+        stencil = gather_stencil(m, h, kind, ring, face)
+        if stencil.sides == 0 or (kind == INNER and stencil.ring_size < 3) or not link_condition_holds(stencil):
             continue
         _, x, y, z = best_point(Q, m.X, i, j)
-        if not shape_holds(m.X, ring, r, t, s1, s2, i, j, x, y, z, cosine, quality):
+        if not shape_holds(m.X, stencil, (x, y, z), cosine, quality):
             continue
-        ends[done, 0], ends[done, 1] = i, j
-        cuts[done, 0], cuts[done, 1] = -1 if kind == EDGE else ring[s1], ring[s2]
-        for k in range(3):
-            at[done, 0, k], at[done, 1, k] = m.X[i, k], m.X[j, k]
-        batch[done], error[done] = b, c
+        _note(log, done, m.X, i, j, -1 if kind == EDGE else ring[stencil.j_start], ring[stencil.j_stop])
+        log.batch[done], log.cost[done] = now.batch, c
         done += 1
-        faces -= collapse_edge(m, h, kind, x, y, z, face, t, s1, s2, dead)
+        faces -= collapse_edge(m, h, stencil, (x, y, z), dead)
         for q in range(10):
             Q[i, q] += Q[j, q]
         for q in range(3):
             size = take_edge(heap, cost, place, dead[q], DEAD, size)
         size = _touch(m, Q, heap, cost, place, i, size)
-        blocked[i] = b
-        for q in range(r):
-            blocked[ring[q]] = b
+        blocked[i] = now.batch
+        for q in range(stencil.ring_size):
+            blocked[ring[q]] = now.batch
     for q in range(waiting):
-        e = aside[q]
+        e = work.aside[q]
         if place[e] == REJECTED:
-            size = put_edge(heap, cost, place, e, aside_cost[q], size)
-    counts[0] = done
-    return size, faces
+            size = put_edge(heap, cost, place, e, work.aside_cost[q], size)
+    return Progress(now.batch + 1, size, faces, done)
 
 
 def simplify(mesh: TriMesh, target: int) -> Collapses:
     """Collapse an oriented manifold mesh to about `target` faces. Raises MeshError if it is not a manifold."""
     m, Q = half_edges_with_quadrics(mesh)
-    n, faces = len(mesh.V), len(mesh.F)
+    n, edges = len(mesh.V), len(m.start)
     cost = edge_costs(Q, m.X, m.corner, m.start)
-    place = np.full(len(m.start), REJECTED, np.int32)
-    heap, aside = np.arange(len(m.start), dtype=np.int32), np.zeros(len(m.start), np.int32)
-    aside_cost = np.zeros(len(aside))
+    heap, place = np.arange(edges, dtype=np.int32), np.full(edges, REJECTED, np.int32)
     heapify_edges(heap, cost, place, len(heap))
-    size = len(heap)
-    blocked, counts = np.full(n, -1, np.int64), np.zeros(1, np.int64)
-    ends, cuts, batch = np.zeros((n, 2), np.int32), np.zeros((n, 2), np.int32), np.zeros(n, np.int32)
-    at, error = np.zeros((n, 2, 3)), np.zeros(n)
-    stage, b = 0, 0
-    while faces > target:
-        most = max((n - counts[0]) // SHARE, 1)
-        queued = cost[:size]
-        limit = np.inf if size <= most else DEARER * np.partition(queued, most)[most] + 1e-16
-        before = counts[0]
-        size, faces = _batch(m, Q, heap, cost, place, size, faces, target, most, limit, *_TESTS[stage], blocked, b, counts,
-                             ends, cuts, at, batch, error, aside, aside_cost)
-        b += 1
-        if counts[0] == before and size == 0:
+    queue, work = Queue(heap, cost, place), Workspace.of(n, edges)
+    log = Log(np.zeros((n, 2), np.int32), np.zeros((n, 2), np.int32), np.zeros((n, 2, 3)), np.zeros(n, np.int32), np.zeros(n))
+    now, stage = Progress(0, edges, len(mesh.F), 0), 0
+    while now.faces > target:
+        most = max((n - now.done) // SHARE, 1)
+        dearest = np.inf if now.queued <= most else DEARER * np.partition(cost[:now.queued], most)[most] + 1e-16
+        before = now.done
+        now = _batch(m, Q, queue, now, Rules(target, most, dearest, *_TESTS[stage]), log, work)
+        if now.done == before and now.queued == 0:
             if stage + 1 == len(_TESTS):
                 break
             stage += 1
@@ -160,8 +224,8 @@ def simplify(mesh: TriMesh, target: int) -> Collapses:
             size = len(again)
             heap[:size], cost[:size] = again, edge_costs(Q, m.X, m.corner, m.start[again])
             heapify_edges(heap, cost, place, size)
-        elif stage and counts[0] - before > most // 2:
+            now = now._replace(queued=size)
+        elif stage and now.done - before > most // 2:
             stage = 0
-    c = int(counts[0])
     corner = m.corner.reshape(-1, 3)
-    return Collapses(ends[:c], cuts[:c], at[:c], batch[:c], error[:c], m.X, corner[corner[:, 0] >= 0].copy())
+    return Collapses(*(rows[:now.done] for rows in log), m.X, corner[corner[:, 0] >= 0].copy())

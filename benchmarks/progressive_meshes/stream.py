@@ -20,12 +20,12 @@ from npm_blender.core.bitstream import (
 from npm_blender.core.errors import StreamError
 from npm_blender.core.mesh import TriMesh
 
+from .contexts import CONTEXTS, MIXERS
 from .mesh import Growing
-from .records import CONTEXTS, FINEST, MIXERS, code_batches
+from .records import FINEST, SplitPlan, code_batches
 from .simplify import Collapses
 
 FINENESS = 2.2  # error of the mesh over the step of positions
-TANGENT, APART = 2.5, 0.5  # see records.code_batches
 _MAX = 1 << 22
 
 
@@ -45,7 +45,7 @@ def encode(collapses: Collapses, fineness: float = FINENESS) -> Encoded:
     used, F0 = np.unique(collapses.F, return_inverse=True)
     order = canonical_order(F0.reshape(-1, 3), len(used))
     old = used[order.vertices]
-    exponents, plan = _schedule(collapses, fineness)
+    exponents, count, first = _schedule(collapses, fineness)
     bits = min(int(exponents[0]) + 1, 16) if len(exponents) else 12
     ints = np.rint(collapses.X[old] * 2.0**bits).astype(np.int64)
     connectivity, positions = encode_connectivity(order.F), encode_positions(ints, order.F)
@@ -54,32 +54,33 @@ def encode(collapses: Collapses, fineness: float = FINENESS) -> Encoded:
     m = Growing.of(ints * 2.0**-bits, order.F, splits)
     name = np.full(len(collapses.X), -1, np.int64)
     name[old] = np.arange(len(old))
-    known = np.zeros_like(m.X)
-    known[: len(old)] = collapses.X[old]
+    wanted = np.zeros_like(m.X)
+    wanted[: len(old)] = collapses.X[old]
+    plan = SplitPlan(count, first, collapses.ends.astype(np.int64), collapses.cuts.astype(np.int64), collapses.at, name, wanted,
+                     np.full(len(m.X), -1, np.int64))
     coder = range_encoder(new_contexts(CONTEXTS), new_weights(MIXERS), 4096 + 64 * splits + 8 * len(exponents) * len(m.X) // 8)
     trace = np.zeros(len(exponents) * len(m.X) + 1, np.int64)
-    code_batches(coder, m, exponents, len(m.X), plan, collapses.ends.astype(np.int64), collapses.cuts.astype(np.int64),
-                 collapses.at, name, known, TANGENT, APART, len(trace), trace)
+    code_batches(coder, m, exponents, len(m.X), plan, len(trace), trace)
     _, low, width, at, _ = map(int, coder.rc)
     end = (int.from_bytes(coder.buf[:at].tobytes(), "big") << 32) + low + width // 2
     base = head + connectivity + positions
-    vertices = len(old) + np.concatenate([[0], np.cumsum(plan[:, 0])])
+    vertices = len(old) + np.concatenate([[0], np.cumsum(count)])
     return Encoded(base + end.to_bytes(at + 4, "big")[: at + 2], len(base), TriMesh(m.vertices(), m.faces()), vertices)
 
 
-def _schedule(collapses: Collapses, fineness: float) -> tuple[np.ndarray, np.ndarray]:
-    """Exponents (batches,) and plan (batches, 2): number of splits, first row; last batch of collapses first."""
+def _schedule(collapses: Collapses, fineness: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Exponents, numbers of splits and first rows of collapses, each (batches,) int64; the last collapses come first."""
     count = np.bincount(collapses.batch, minlength=1) if len(collapses.batch) else np.zeros(0, np.int64)
     first = np.concatenate([[0], np.cumsum(count)])[:-1].astype(np.int64)
     error = np.cumsum(collapses.cost)
     area = _area(collapses)
-    out, plan, last = [], [], 0
-    for b in np.flatnonzero(count)[::-1]:
+    used = np.flatnonzero(count)[::-1]
+    exponents, last = np.zeros(len(used), np.int64), 0
+    for i, b in enumerate(used):
         reached = np.sqrt(max(error[first[b]], 1e-14) / area)
         last = int(np.clip(np.rint(np.log2(fineness / reached)), max(last, 6), FINEST))
-        out.append(last)
-        plan.append((count[b], first[b]))
-    return np.array(out, np.int64), np.array(plan, np.int64).reshape(-1, 2)
+        exponents[i] = last
+    return exponents, count[used], first[used]
 
 
 def _area(collapses: Collapses) -> float:
@@ -120,8 +121,6 @@ def decode(data: bytes) -> TriMesh:
 
 def _run(payload, V, F, batches, splits, limit, trace):
     m = Growing.of(V, F, splits)
-    nothing = np.zeros((1, 2), np.int64)
-    visits = code_batches(range_decoder(new_contexts(CONTEXTS), new_weights(MIXERS), payload), m, np.zeros(batches, np.int64),
-                          len(m.X), nothing, nothing, nothing, np.zeros((1, 2, 3)), np.zeros(1, np.int64),
-                          np.zeros((1, 3)), TANGENT, APART, limit, trace)
+    coder = range_decoder(new_contexts(CONTEXTS), new_weights(MIXERS), payload)
+    visits = code_batches(coder, m, np.zeros(batches, np.int64), len(m.X), SplitPlan.empty(), limit, trace)
     return m, visits

@@ -13,20 +13,20 @@ from scipy.sparse import csr_matrix, diags, identity
 from scipy.sparse.linalg import cg
 
 from npm_blender.core.geometry import ClosestPoints
-from npm_blender.core.jit import compiled
 from npm_blender.core.mesh import TriMesh
 
+from .descent import Integers, Price, Quadratic, descend
+from .rates import CLASSES, VALUES, Rate, default_rate, measured_rate
 from .shape import Scheme
 from .stencils import edge_points
 from .symbols import neighbours
 
 POWER = 0.6  # see Fit; 1 would be what d_pm sums up, but lets go of what is far away
 DAMPING = 0.01  # of a level's mean curvature, against steps where nothing is known
-_LARGEST = 6  # values of a rate table: 0..5, then two bits more per doubling
-_CLASSES = 4
+_SPRING = 0.01  # of the base's mean curvature, which holds its vertices where they are
+_FLOOR = 2e-4  # distances below weigh no more in the fit of the base
 _TOUCHED = 1.5  # samples (weighted by their squared share) that a vertex of the finest level moves
 _PER_UNKNOWN = 12  # samples for each number that is fitted
-_DEFAULT = np.log2(1 / np.array([0.5, 0.3, 0.1, 0.05, 0.03, 0.02])) + np.array([0, 1, 1, 1, 1, 1.0])
 
 
 class Target:
@@ -78,90 +78,18 @@ def _new(scheme: Scheme, level: int) -> int:
     return now.stop - now.start
 
 
-class Rate(NamedTuple):
-    """Bits: fresh (levels + 1, classes, values) for a vertex whose old value is 0, by the size of what is around it;
-    again (values,) for a change of another."""
+class State(NamedTuple):
+    """Where the finest level is.
 
-    fresh: np.ndarray
-    again: np.ndarray
+    N (n, 3): the direction in which each vertex is moved. Of k samples: distance (k,) to the input, away (k, 3): the unit
+    vectors along which it grows, weight (k,): of its square; mean: distance, by area.
+    """
 
-
-def default_rate(levels: int) -> Rate:
-    """Before anything is known."""
-    return Rate(np.tile(_DEFAULT, (levels + 1, _CLASSES, 1)), _DEFAULT.copy())
-
-
-@compiled
-def _class(value, near, v):
-    around = 0
-    for t in range(6):
-        if near[v, t] >= 0:
-            around += min(abs(value[near[v, t]]), 3)
-    return 0 if around == 0 else (1 if around < 3 else (2 if around < 6 else 3))
-
-
-@compiled
-def _bits(table, x):
-    x = abs(x)
-    if x < len(table):
-        return table[x]
-    return table[len(table) - 1] + 2 * np.log2(x / (len(table) - 1))
-
-
-@compiled
-def _descend(start, index, data, diagonal, g, value, old, near, first, fresh, again, price, sweeps):
-    """Coordinate descent over the integers value[first:]; g (k,) = minus the gradient, in steps."""
-    k = len(diagonal)
-    for _ in range(sweeps):
-        changed = 0
-        for i in range(k):
-            v = first + i
-            h = diagonal[i]
-            if h <= 0:
-                continue
-            now, before = value[v], old[v]
-            row = again if before != 0 else fresh[_class(value, near, v)]
-            ideal = g[i] / h
-            best, best_cost = 0, price * _bits(row, now - before)
-            low = int(np.floor(ideal))
-            for trial in range(4):
-                step = low if trial == 0 else (low + 1 if trial == 1 else (before - now if trial == 2 else
-                                               (1 if low + now < before else -1) + low))
-                if step == 0:
-                    continue
-                cost = step * (0.5 * h * step - g[i]) + price * _bits(row, now + step - before)
-                if cost < best_cost:
-                    best, best_cost = step, cost
-            if best != 0:
-                changed += 1
-                value[v] = now + best
-                for p in range(start[i], start[i + 1]):
-                    g[index[p]] -= data[p] * best
-        if changed == 0:
-            break
-
-
-@compiled
-def _count(value, old, near, first, fresh, again):
-    """Counts of the values of each level and class into fresh and again."""
-    largest = fresh.shape[2] - 1
-    for level in range(len(first) - 1):
-        for v in range(first[level], first[level + 1]):
-            x = min(abs(value[v] - old[v]), largest)
-            if old[v] != 0:
-                again[x] += 1
-            else:
-                fresh[level, _class(value, near, v), x] += 1
-
-
-def measured_rate(value: np.ndarray, old: np.ndarray, near: np.ndarray, first: np.ndarray) -> Rate:
-    """Bits by what the values are."""
-    prior = 2.0 ** -default_rate(len(first) - 2).fresh[0, 0] * 8
-    fresh = np.tile(prior, (len(first) - 1, _CLASSES, 1))
-    again = prior.copy()
-    _count(value, old, near, first, fresh, again)
-    sign = np.array([0, 1, 1, 1, 1, 1.0])
-    return Rate(np.log2(fresh.sum(2, keepdims=True) / fresh) + sign, np.log2(again.sum() / again) + sign)
+    N: np.ndarray
+    distance: np.ndarray
+    away: np.ndarray
+    weight: np.ndarray
+    mean: float
 
 
 class Fit:
@@ -174,55 +102,54 @@ class Fit:
         self.near = neighbours(scheme.hierarchy)
 
     def _state(self, V0, d, floor, count):
-        """Directions, vertices, and of the first `count` samples distances, their gradients and weights; mean distance."""
+        """The State of the first `count` samples; floor: distances below it weigh no more."""
         X, N = self.scheme.build(V0, d)
         r, u = self.target.residuals(self.samples.points[:count] @ X)
         area = self.samples.area(X)[:count]
         weight = area / (area.sum() * np.maximum(r, floor) ** self.power)
-        return N, r, u, weight, float((area * r).sum() / area.sum())
+        return State(N, r, u, weight, float((area * r).sum() / area.sum()))
 
     def distance(self, V0: np.ndarray, d: np.ndarray, count: int = 20_000) -> float:
         """About d_pm / 1e4."""
-        return self._state(V0, d, 1.0, count)[-1]
+        return self._state(V0, d, 1.0, count).mean
 
-    def _base_system(self, r, u, weight):
-        W = self.samples.by_level[0][: len(r)]
+    def _base_system(self, V0, d, floor):
+        """Normal equations A x = b of the base vertices' coordinates."""
+        state = self._state(V0, d, floor, self.samples.by_level[0].shape[0])
+        W = self.samples.by_level[0][: len(state.distance)]
         rows = np.repeat(np.arange(W.shape[0]), np.diff(W.indptr))
-        data = (W.data[:, None] * u[rows]).reshape(-1)
+        data = (W.data[:, None] * state.away[rows]).reshape(-1)
         index = (3 * W.indices[:, None] + np.arange(3)).reshape(-1)
         count = np.diff(W.indptr)
         indptr = np.concatenate([[0], np.cumsum(3 * count)])
         order = np.argsort(np.repeat(np.arange(len(count)), 3 * count), kind="stable")
         J = csr_matrix((data[order], index[order], indptr), (W.shape[0], 3 * W.shape[1]))
-        JT = J.T.tocsr() @ diags(weight[: len(count)])
-        return csr_matrix(JT @ J), -(JT @ r[: len(count)])
+        JT = J.T.tocsr() @ diags(state.weight[: len(count)])
+        return csr_matrix(JT @ J), -(JT @ state.distance[: len(count)])
 
-    def base(self, V0: np.ndarray, d: np.ndarray, passes: int = 6, spring: float = 0.01, floor: float = 2e-4):
+    def base(self, V0: np.ndarray, d: np.ndarray, passes: int = 6) -> np.ndarray:
         """Base vertices (n0, 3) moved to where the finest level is nearest to the input."""
         for _ in range(passes):
-            _, r, u, weight, _ = self._state(V0, d, floor, self.samples.by_level[0].shape[0])
-            A, b = self._base_system(r, u, weight)
-            pull = spring * A.diagonal().mean()
+            A, b = self._base_system(V0, d, _FLOOR)
+            pull = _SPRING * A.diagonal().mean()
             step, _ = cg(A + pull * identity(A.shape[0]), b, rtol=1e-3, maxiter=60)
             V0 = V0 + step.reshape(-1, 3)
         return V0
 
-    def on_lattice(self, V0: np.ndarray, d: np.ndarray, bits: int, spring: float = 0.01, floor: float = 2e-4):
+    def on_lattice(self, V0: np.ndarray, d: np.ndarray, bits: int) -> np.ndarray:
         """Lattice positions (n0, 3) int64 of step 2**-bits near V0, rounded so that the surface moves little."""
-        _, r, u, weight, _ = self._state(V0, d, floor, self.samples.by_level[0].shape[0])
-        A, b = self._base_system(r, u, weight)
+        A, b = self._base_system(V0, d, _FLOOR)
         step = 2.0**-bits
         ints = np.rint(V0 / step).astype(np.int64).reshape(-1)
-        A = csr_matrix(A + spring * A.diagonal().mean() * identity(A.shape[0]))
+        A = csr_matrix(A + _SPRING * A.diagonal().mean() * identity(A.shape[0]))
         g = (b - A @ (ints * step - V0.reshape(-1))) * step
-        A = A * step**2
-        none = np.full((len(ints), 8), -1, np.int32)
-        _descend(A.indptr, A.indices, A.data, A.diagonal(), g, ints, ints.copy(), none, 0,
-                 np.zeros((_CLASSES, _LARGEST)), np.zeros(_LARGEST), 0.0, 4)
+        alone = np.full((len(ints), 8), -1, np.int32)
+        free = Price(np.zeros((CLASSES, VALUES)), np.zeros(VALUES), 0.0)
+        descend(Quadratic.of(A * step**2, g), Integers(ints, ints.copy(), alone), 0, free, 4)
         return ints.reshape(-1, 3)
 
     def integers(self, V0: np.ndarray, steps: np.ndarray, value: np.ndarray, old: np.ndarray, trade: float,
-                 passes: int = 3, rate: Rate | None = None, floor: float = 0.0) -> tuple[np.ndarray, Rate]:
+                 passes: int = 3, rate: Rate | None = None) -> tuple[np.ndarray, Rate]:
         """Integers (n,) improved from `value`, and the bits they were priced with.
 
         steps (levels + 1,): of each level; old (n,): what a change is counted from; trade: price of a bit in units of
@@ -232,33 +159,39 @@ class Fit:
         per_vertex = np.repeat(steps, np.diff(scheme.first))
         value = value.copy()
         rate = rate or default_rate(scheme.levels)
-        floor = floor or steps[-1] / 2
         finest = max((v for v in range(scheme.levels + 1) if value[scheme.new_at(v)].any()), default=0)
         for _ in range(passes):
             top = min(max(finest + 1, 1), scheme.levels)
-            N, r, u, weight, _ = self._state(V0, value * per_vertex, floor, self.samples.by_level[top].shape[0])
+            state = self._state(V0, value * per_vertex, steps[-1] / 2, self.samples.by_level[top].shape[0])
             # of one vertex of the finest level, wherever its samples lie
-            price = trade * steps[-1] ** 2 * weight.mean() * len(r) / len(self.samples) * _TOUCHED
+            count = len(state.distance)
+            per_bit = trade * steps[-1] ** 2 * state.weight.mean() * count / len(self.samples) * _TOUCHED
             for level in range(top + 1):
                 now, step = scheme.new_at(level), steps[level]
                 before = value[now].copy()
-                W = self.samples.by_level[level][: len(r)]
-                k = W.shape[0]
-                rows = np.repeat(np.arange(k), np.diff(W.indptr))
-                J = csr_matrix((W.data * np.einsum("ij,ij->i", u[rows], N[now][W.indices]), W.indices, W.indptr), W.shape)
-                JT = J.T.tocsr()
-                JT = csr_matrix((JT.data * weight[JT.indices] * (step * len(r) / k), JT.indices, JT.indptr), JT.shape)
-                A = csr_matrix(JT @ J) * step
-                A = csr_matrix(A + DAMPING * A.diagonal().mean() * identity(A.shape[0]))
-                _descend(A.indptr, A.indices, A.data, A.diagonal(), -(JT @ r[:k]), value, old, self.near, now.start,
-                         rate.fresh[level], rate.again, price, 3)
+                price = Price(rate.fresh[level], rate.again, per_bit)
+                descend(self._level_model(level, state, step), Integers(value, old, self.near), now.start, price, 3)
                 moved = (value[now] - before) * step
                 if moved.any():
                     finest = max(finest, level)
                     if level < top:
-                        r = r + np.einsum("ij,ij->i", u, self._move(level, top, moved, N[now], len(r)))
+                        shift = self._move(level, top, moved, state.N[now], count)
+                        state = state._replace(distance=state.distance + np.einsum("ij,ij->i", state.away, shift))
             rate = measured_rate(value, old, self.near, scheme.first)
         return value, rate
+
+    def _level_model(self, level, state, step):
+        """Weighted squared distance of the samples in changes of the integers that are new at a level."""
+        N, r, u = state.N[self.scheme.new_at(level)], state.distance, state.away
+        W = self.samples.by_level[level][: len(r)]
+        k = W.shape[0]
+        rows = np.repeat(np.arange(k), np.diff(W.indptr))
+        J = csr_matrix((W.data * np.einsum("ij,ij->i", u[rows], N[W.indices]), W.indices, W.indptr), W.shape)
+        JT = J.T.tocsr()
+        JT = csr_matrix((JT.data * state.weight[JT.indices] * (step * len(r) / k), JT.indices, JT.indptr), JT.shape)
+        A = csr_matrix(JT @ J) * step
+        A = csr_matrix(A + DAMPING * A.diagonal().mean() * identity(A.shape[0]))
+        return Quadratic.of(A, -(JT @ r[:k]))
 
     def _move(self, level: int, top: int, moved: np.ndarray, N: np.ndarray, count: int) -> np.ndarray:
         """How the first samples (count, 3) move when the vertices that are new at a level move along N (k, 3)."""

@@ -8,7 +8,8 @@ from npm_blender.core.bitstream import canonical_order
 from npm_blender.core.decimation import decimate
 from npm_blender.core.mesh import TriMesh
 
-from .fit import Fit, Rate, Target
+from .fit import Fit, Target
+from .rates import Rate
 from .shape import Scheme
 from .stream import SMOOTHEST, STEP_UNIT, Settings, write
 

@@ -55,9 +55,9 @@ def main() -> None:
         from npm_blender.core.codec import compress
 
         write_file(path, compress(mesh).data)
-    received = receive(path.read_bytes())
-    write_file(path.with_suffix(".arrays"), received.arrays)
-    write_file(path.with_suffix(".measured"), measure_prefixes(received.open(), mesh).to_text().encode())
+    stored = receive(path.read_bytes())
+    write_file(path.with_suffix(".arrays"), stored.arrays)
+    write_file(path.with_suffix(".measured"), measure_prefixes(stored.open(), mesh).to_text().encode())
     print(f"{path.relative_to(ROOT)}: {len(mesh.F):,} faces in {path.stat().st_size:,} bytes")
 
 

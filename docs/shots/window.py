@@ -150,7 +150,7 @@ def add_sculpt(compressed: bool) -> bpy.types.Object:
     if compressed:
         data, arrays = ((FOLDER / f"sculpt.{suffix}").read_bytes() for suffix in ("npmesh", "arrays"))
         measured = (FOLDER / "sculpt.measured").read_text(encoding="utf-8")
-        module("preview").pack(obj, module("core.codec.stored_stream").StoredStream(data, arrays, measured))
+        module("preview").pack(obj, module("core.codec").StoredStream(data, arrays, measured))
     bpy.context.collection.objects.link(obj)
     bpy.context.view_layer.objects.active = obj
     obj.select_set(True)

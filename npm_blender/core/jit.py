@@ -6,16 +6,19 @@ not. They work on 64-bit integer arrays and Python integers only, so both ways g
 """
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeVar, overload
 
 try:
     import numba
 except ImportError:
     numba = None
 
+F = TypeVar("F", bound=Callable)  # a compiled function is called as the function that it was made from
+
 COMPILED = numba is not None and not numba.config.DISABLE_JIT
 
 
-def _cached(function: Callable, **options) -> Callable:
+def _cached(function: Callable, **options: object) -> Any:
     """`function` compiled with an on-disk cache of its own.
 
     The cache belongs to the name under which the package was imported (`npm_blender` in a worker process,
@@ -26,12 +29,20 @@ def _cached(function: Callable, **options) -> Callable:
     return numba.njit(cache=True, **options)(function)
 
 
-def njit(function: Callable) -> Callable:
-    """`function` compiled by numba, or `function` itself where numba is missing."""
-    return function if numba is None else _cached(function, _nrt=True)
+def njit(function: F) -> F:
+    """`function` compiled by numba, or `function` itself where numba is missing.
+
+    It makes no array and returns none: as with `compiled`, references are not counted, which takes a third off the time of
+    the entropy coder.
+    """
+    return function if numba is None else _cached(function, _nrt=False)
 
 
-def compiled(function: Callable | None = None, *, inline: str = "never", allocates: bool = False) -> Callable:
+@overload
+def compiled(function: F, *, inline: str = ..., allocates: bool = ...) -> F: ...
+@overload
+def compiled(function: None = None, *, inline: str = ..., allocates: bool = ...) -> Callable[[F], F]: ...
+def compiled(function: Callable | None = None, *, inline: str = "never", allocates: bool = False) -> Any:
     """`function` compiled by numba, without the interpreter's lock. Raises ModuleNotFoundError where numba is missing.
 
     A division by zero gives infinity or NaN, as in NumPy. inline: "always" makes the function a part of its callers.
@@ -46,7 +57,7 @@ def compiled(function: Callable | None = None, *, inline: str = "never", allocat
     return _cached(function, nogil=True, inline=inline, error_model="numpy", _nrt=allocates)
 
 
-def is_cold(function: Callable) -> bool:
+def is_cold(function: Any) -> bool:
     """Whether the next call of a compiled function has to compile it: it was not called yet, and nothing is on disk."""
     if not COMPILED or function.signatures:
         return False

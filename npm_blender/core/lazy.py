@@ -7,6 +7,7 @@ from importlib import import_module
 def lazy_exports(package: str, modules: dict[str, tuple[str, ...]]) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
     """`__getattr__` and `__dir__` of a package that exports these names of its modules.
 
+    >>> from npm_blender.core.lazy import lazy_exports
     >>> __getattr__, __dir__ = lazy_exports("npm_blender.core", {"errors": ("NpmError",)})
     >>> __getattr__("NpmError").__name__
     'NpmError'

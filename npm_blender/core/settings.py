@@ -1,13 +1,20 @@
 """Settings of the pipeline: frozen, checked once when they are made, never a dict of strings."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
 
-from .errors import SettingsError
+from .errors import DependencyError, SettingsError
 
+REFINE_STEPS = 24  # gradient steps per stage, where torch is installed and nothing else is asked for
 AUTO = 0  # as base faces: chosen from the shape or the budget; as levels: from the base faces
 LEAST_BUDGET = 300  # bytes; a base mesh of some dozen faces fits
 CLEAN_MODES = ("auto", "off", "tetwild")
 DEVICES = ("cpu", "gpu")
 CACHE_VARIABLE = "NPMESH_CACHE"  # in the environment: the folder for what is kept between runs
+
+
+def has_torch() -> bool:
+    """Whether torch is installed for this Python; it is not loaded."""
+    return find_spec("torch") is not None
 
 
 def _in_range(name: str, value: int, low: int, high: int) -> None:
@@ -22,6 +29,10 @@ class LodSettings:
     base_faces: faces of the base mesh M^0 (paper: 400), or AUTO; levels: midpoint subdivisions L (paper: 3), or AUTO;
     clean: 'auto' repairs what the checks find, 'off' refuses what does not qualify, 'tetwild' always re-meshes;
     variant: 0 collapses the cheapest edge; k > 0 seeds a random choice among the cheapest (training augmentation).
+
+    >>> from npm_blender.core.settings import AUTO, LodSettings
+    >>> LodSettings(base_faces=AUTO, levels=2)
+    LodSettings(base_faces=0, levels=2, clean='auto', variant=0)
     """
 
     base_faces: int = 400
@@ -46,8 +57,14 @@ class CompressSettings:
     position_bits: bits per base coordinate, 9 to 14, at most: a mesh that is farther off anyway is sent with fewer;
     order: of the latents, 'gain' (measured reconstruction gain) or 'magnitude' (the paper's); refine_steps: gradient
     steps per stage that fit base and features to this mesh through the decoder (needs torch; 0 uses the encoder's output
-    as it is; None: the default where torch is installed, else 0); budget: bytes that the stream may have, 0 for as many as
-    all features take; with it, AUTO base faces are those that show most in so many bytes (see `budget`).
+    as it is; None: REFINE_STEPS where torch is installed, else 0, see `resolved`); budget: bytes that the stream may have,
+    0 for as many as all features take; with it, AUTO base faces are those that show most in so many bytes (see
+    `codec.rate_control`).
+
+    >>> from npm_blender.core.settings import CompressSettings
+    >>> CompressSettings(position_bits=20)
+    Traceback (most recent call last):
+    npm_blender.core.errors.SettingsError: Expected position bits to be a whole number from 9 to 14, found 20
     """
 
     lod: LodSettings = LodSettings()
@@ -65,6 +82,25 @@ class CompressSettings:
         if self.order not in ("gain", "magnitude"):
             raise SettingsError(f"Expected order to be gain or magnitude, found {self.order!r}")
 
+    def resolved(self, torch: bool) -> "CompressSettings":
+        """These settings with a number of refine steps, whether torch is there or not.
+
+        Raises DependencyError where steps are asked for and torch is missing.
+
+        >>> from npm_blender.core.settings import CompressSettings
+        >>> [CompressSettings().resolved(torch).refine_steps for torch in (True, False)]
+        [24, 0]
+        """
+        if self.refine_steps and not torch:
+            raise DependencyError("Expected torch for --refine-steps, found none; install torch or use 0 refine steps")
+        if self.refine_steps is not None:
+            return self
+        return replace(self, refine_steps=REFINE_STEPS if torch else 0)
+
+    def without_torch(self) -> "CompressSettings":
+        """These settings as far as they go without torch: with no refine steps, even where some are asked for."""
+        return replace(self, refine_steps=0)
+
 
 @dataclass(frozen=True)
 class ComputeSettings:
@@ -72,6 +108,10 @@ class ComputeSettings:
 
     threads: of torch on the processor; 0 for half of the cores, at most four (the LoD builder's are `parallel.threads`,
     which change nothing in a file); device: 'cpu', or 'gpu' where torch finds one.
+
+    >>> from npm_blender.core.settings import ComputeSettings
+    >>> ComputeSettings().device
+    'cpu'
     """
 
     threads: int = 0

@@ -23,18 +23,17 @@ class Rates:
     per_step: float = 4e-5
 
     def seconds(self, faces: int, settings: CompressSettings) -> float:
-        """What compressing a mesh of so many triangles takes, without the start."""
+        """What compressing a mesh of so many triangles takes, without the start. settings: resolved."""
         fine = finest_faces(settings)
-        steps = settings.refine_steps or 0
-        return self.per_face * faces + (self.per_fine_face + self.per_step * steps) * fine
+        return self.per_face * faces + (self.per_fine_face + self.per_step * settings.refine_steps) * fine
 
 
 def finest_faces(settings: CompressSettings) -> int:
     """Faces of the finest level; those of an automatic base are guessed."""
-    base = settings.lod.base_faces
+    base, levels = settings.lod.base_faces, settings.lod.levels
     if base == AUTO:
         base = base_faces_for(settings.budget) if settings.budget else AUTO_FACES
-    return base * 4 ** (settings.lod.levels or level_count_for(base))
+    return base * 4 ** (level_count_for(base) if levels == AUTO else levels)
 
 
 def learned(rates: Rates, report: dict, settings: CompressSettings, start: float | None) -> Rates:

@@ -10,12 +10,11 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 
 from ..core.errors import MeshError, NpmError, StreamError
 from ..core.progress import part
-from ..core.settings import CompressSettings
+from ..core.settings import CompressSettings, has_torch
 from ..runtime.dependencies import named_dependencies
 from ..runtime.packages import loaded
 from . import protocol
@@ -74,9 +73,9 @@ def _compress(folder: Path, k: int) -> dict:
 
 def _possible(settings: CompressSettings) -> tuple[CompressSettings, list[str]]:
     """The settings without refinement where torch is missing, and what to say of that."""
-    if not settings.refine_steps or find_spec("torch"):
+    if not settings.refine_steps or has_torch():
         return settings, []
-    return dataclasses.replace(settings, refine_steps=0), ["not refined, as PyTorch was not found"]
+    return settings.without_torch(), ["not refined, as PyTorch was not found"]
 
 
 def _read(folder: Path, paths: list[Path]) -> list[dict]:

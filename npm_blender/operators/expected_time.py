@@ -1,6 +1,5 @@
 """How long compressing will take on this machine: its rates, loaded once and learned from every run."""
 from collections.abc import Sequence
-from dataclasses import replace
 
 import bpy
 
@@ -34,6 +33,5 @@ def learn(outcomes: list, settings: CompressSettings) -> None:
 def expected_seconds(sources: Sequence[bpy.types.Object], settings: CompressSettings,
                      depsgraph: bpy.types.Depsgraph | None) -> list[float]:
     """What compressing each of the objects will take on this machine, without the start of the worker."""
-    if not preferences.finds_torch():
-        settings = replace(settings, refine_steps=0)
+    settings = settings.resolved(torch=True) if preferences.finds_torch() else settings.without_torch()
     return [rates().seconds(bridge.triangle_count(obj, depsgraph), settings) for obj in sources]

@@ -19,7 +19,7 @@ POINTS_AT_ONCE = 400
 
 
 class Nearest:
-    """The surface of a mesh. `build_bvh` it, then ask for `distances`; both are generators that yield between steps."""
+    """The surface of a mesh. `build` it, then ask for `distances`; both are generators that yield between steps."""
 
     def __init__(self, mesh: "TriMesh") -> None:
         """mesh: any TriMesh; the frame of the points that will be asked."""

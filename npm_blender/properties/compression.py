@@ -5,12 +5,11 @@ A preset is nothing but its numbers: it is what the numbers say, and setting it 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
 
-from ..core.settings import AUTO, LEAST_BUDGET, CompressSettings, LodSettings
+from ..core.settings import AUTO, LEAST_BUDGET, REFINE_STEPS, CompressSettings, LodSettings
 
 MAX_LEVELS = 6
 _LOD, _WHOLE = LodSettings(), CompressSettings()
 _OPERATOR_FORGETS = {"SKIP_SAVE"}  # an operator takes what it is not told from the object, not from its last run
-REFINE_STEPS = 24  # the core's own choice where torch is installed; a test holds the two together
 
 _COMMON = {"auto_base": False, "base_faces": _LOD.base_faces, "levels": _LOD.levels,
            "position_bits": _WHOLE.position_bits, "clean": _LOD.clean, "refine_steps": REFINE_STEPS}

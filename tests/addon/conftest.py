@@ -7,7 +7,12 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from .source_addon import enable  # noqa: E402 - needs bpy
+from npm_blender.core.codec import compress, receive  # noqa: E402 - after the check for bpy
+from npm_blender.core.evaluation import measure_prefixes  # noqa: E402
+from npm_blender.core.mesh import TriMesh  # noqa: E402
+from npm_blender.core.settings import CompressSettings, LodSettings  # noqa: E402
+
+from .source_addon import ROOT, enable  # noqa: E402
 
 _status = [0]
 
@@ -38,6 +43,32 @@ def part(package):
     return lambda name: importlib.import_module(f"{package}.{name}")
 
 
+@pytest.fixture
+def as_installed():
+    """Asks for workers as they are in a user's Blender, see `worker_of_the_library`."""
+
+
+@pytest.fixture(autouse=True)
+def worker_of_the_library(request, part, monkeypatch):
+    """Workers import the package as `npm_blender`, as all other tests do, and so find its compiled code.
+
+    A worker imports it under the name that Blender gives it, and keeps what it compiles in a folder of the user. This
+    would compile the whole core once more. Tests of just that take the fixture `as_installed`.
+    """
+    if "as_installed" in request.fixturenames:
+        return
+    process, variable = part("jobs.process"), "NUMBA_CACHE_DIR"
+    environment = process.environment
+
+    def with_the_librarys_cache(*arguments):
+        changed = {k: v for k, v in environment(*arguments).items() if k != variable}
+        return {**changed, variable: os.environ[variable]} if variable in os.environ else changed
+
+    monkeypatch.setattr(process, "environment", with_the_librarys_cache)
+    monkeypatch.setattr(process, "PACKAGE", "npm_blender")
+    monkeypatch.setattr(process, "PACKAGE_FOLDER", ROOT / "npm_blender")
+
+
 @pytest.fixture(autouse=True)
 def empty_scene(package):
     """An empty file round each test; no job and no decoder is left over."""
@@ -62,16 +93,24 @@ def add_object(name: str = "Shape", subdivisions: int = 5):
     return obj
 
 
+def triangles(obj) -> TriMesh:
+    """An object's mesh of triangles, as the library takes it: only Blender's own copy of the package knows `bridge`."""
+    corners = [list(face.vertices) for face in obj.data.polygons]
+    return TriMesh.from_arrays(positions(obj), corners)
+
+
 @pytest.fixture(scope="session")
-def stream(package) -> bytes:
-    """A small mesh, compressed once for all tests that only open it: 80 base faces, 2 levels."""
-    codec = importlib.import_module(f"{package}.core.codec.compression")
-    settings = importlib.import_module(f"{package}.core.settings")
-    bridge = importlib.import_module(f"{package}.bridge")
+def compressed(package):
+    """A small mesh and its stream, for all tests that only open it: 80 base faces, 2 levels."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    mesh = bridge.mesh_of(add_object(), bpy.context.evaluated_depsgraph_get())
-    lod = settings.LodSettings(base_faces=80, levels=2)
-    return codec.compress(mesh, settings.CompressSettings(lod=lod, refine_steps=0)).data
+    mesh = triangles(add_object())
+    return mesh, compress(mesh, CompressSettings(lod=LodSettings(base_faces=80, levels=2), refine_steps=0)).data
+
+
+@pytest.fixture(scope="session")
+def stream(compressed) -> bytes:
+    """The compressed mesh's bytes."""
+    return compressed[1]
 
 
 @pytest.fixture
@@ -90,16 +129,12 @@ def opened(stream_file):
 
 
 @pytest.fixture(scope="session")
-def received(package, stream):
+def received(package, compressed):
     """The compressed mesh as a worker returns it: read, and its errors measured."""
-    import dataclasses
-
-    read, quality, bridge = (importlib.import_module(f"{package}.{name}")
-                             for name in ("core.codec.stored_stream", "core.evaluation.prefix_errors", "bridge"))
-    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-    found = read.receive(stream)
-    mesh = bridge.mesh_of(add_object(), bpy.context.evaluated_depsgraph_get())
-    return dataclasses.replace(found, measured=quality.measure(found.open(), mesh).to_text())
+    mesh, data = compressed
+    found = receive(data)
+    stored = importlib.import_module(f"{package}.core.codec.stored_stream").StoredStream
+    return stored(found.data, found.arrays, measure_prefixes(found.open(), mesh).to_text())
 
 
 @pytest.fixture

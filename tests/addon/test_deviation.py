@@ -3,13 +3,15 @@ import bpy
 import numpy as np
 import pytest
 
+from npm_blender.core.geometry import ClosestPoints
+
 from .conftest import positions
 
 
 def distances(part, obj):
     """What the core measures."""
     mesh = part("bridge").mesh_of(obj.npmesh.source, bpy.context.evaluated_depsgraph_get())
-    return part("core.geometry.closest_point").Surface(mesh).closest(positions(obj).astype(np.float64))[0]
+    return ClosestPoints(mesh).closest(positions(obj).astype(np.float64))[0]
 
 
 def colours(obj):

@@ -26,7 +26,7 @@ def test_the_presets_name_every_number(part):
     compression = part("properties.compression")
     names = set(compression.SETTING_NAMES) - {"size_limit"}  # any effort may go into any size
     assert all(set(numbers) == names for _, _, numbers in compression.PRESETS.values())
-    assert compression.REFINE_STEPS == part("core.codec.compression").REFINE_STEPS
+    assert compression.PRESETS["STANDARD"][2]["refine_steps"] == part("core.settings").REFINE_STEPS
 
 
 def test_an_operator_takes_a_preset_and_numbers_on_top_of_it():

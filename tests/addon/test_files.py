@@ -3,6 +3,8 @@ import bpy
 import numpy as np
 import pytest
 
+from npm_blender.core.codec import open_stream, receive
+
 from .conftest import add_object, positions, refusal
 from .test_compress import SMALL, leftovers, no_refinement  # noqa: F401 - a fixture
 
@@ -63,7 +65,7 @@ def test_several_files_at_once(stream, tmp_path):
 
 
 def test_a_file_that_was_cut_off_opens_to_what_arrived(part, stream, tmp_path):
-    base = part("core.codec.compression").open_stream(stream).base_bytes
+    base = open_stream(stream).base_bytes
     path = tmp_path / "cut.npmesh"
     path.write_bytes(stream[:(base + len(stream)) // 2])
     assert bpy.ops.import_scene.npmesh(filepath=str(path)) == {"FINISHED"}
@@ -110,7 +112,7 @@ def test_one_bad_file_among_good_ones_does_not_stop_them(stream, tmp_path):
 
 
 def test_of_many_files_each_says_what_is_wrong_in_one_line(part, stream, tmp_path, capfd):
-    base = part("core.codec.compression").open_stream(stream).base_bytes
+    base = open_stream(stream).base_bytes
     contents = {"whole": stream, "cut": stream[:(base + len(stream)) // 2], "empty": b"", "early": stream[:60]}
     for name, data in contents.items():
         (tmp_path / f"{name}.npmesh").write_bytes(data)
@@ -131,16 +133,16 @@ def test_a_wrong_suffix_and_a_missing_folder(opened, tmp_path):
     assert list(tmp_path.glob("a.*")) == []
 
 
-def test_the_worker_reads_what_can_be_read(part, stream, tmp_path):
+def test_the_worker_reads_what_can_be_read(part, stream, tmp_path, as_installed):
     jobs, errors = part("jobs"), part("core.errors")
-    base = part("core.codec.compression").open_stream(stream).base_bytes
+    base = open_stream(stream).base_bytes
     contents = {"whole": stream, "cut": stream[:(base + len(stream)) // 2], "bad": stream[:60], "empty": b""}
     for name, data in contents.items():
         (tmp_path / f"{name}.npmesh").write_bytes(data)
     paths = [tmp_path / f"{name}.npmesh" for name in (*contents, "missing")]
     job = jobs.ReadJob(paths, bpy.app.tempdir, part("preferences").worker_settings())
     whole, cut, *refused = job.wait()
-    assert whole.data == stream and whole.arrays == part("core.codec.stored_stream").receive(stream).arrays
+    assert whole.data == stream and whole.arrays == receive(stream).arrays
     assert cut.data == contents["cut"] and cut.open().features < whole.open().features
     assert [type(error) for error in refused] == [errors.StreamError, errors.FileError, errors.FileError]
     assert not leftovers()

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 
+from npm_blender.core.codec import open_stream
+
 from .conftest import add_object, positions, refusal
 
 
@@ -113,12 +115,12 @@ def test_an_object_made_local_gets_meshes_of_its_own(part, library):
     assert obj.library is None and obj.data.library is not None
     obj.npmesh.features = 5
     assert obj.data.library is None
-    V = part("core.codec.compression").open_stream(obj["npmesh_stream"]).decode_positions(5, 2)
+    V = open_stream(obj["npmesh_stream"]).decode_positions(5, 2)
     assert np.array_equal(positions(obj), V.astype(np.float32))
 
 
 def test_an_appended_preview_lives(part, library):
     obj = bring(library, link=False)
     obj.npmesh.level, obj.npmesh.features = "1", 4
-    V = part("core.codec.compression").open_stream(obj["npmesh_stream"]).decode_positions(4, 1)
+    V = open_stream(obj["npmesh_stream"]).decode_positions(4, 1)
     assert np.array_equal(positions(obj), V.astype(np.float32))

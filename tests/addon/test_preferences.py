@@ -48,7 +48,7 @@ def test_the_defaults_leave_the_choice_to_the_extension(part, package):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="asks the kernel for a process's environment")
-def test_all_of_it_reaches_the_worker(part, chosen, tmp_path):
+def test_all_of_it_reaches_the_worker(part, chosen, tmp_path, as_installed):
     folder = fake_torch(tmp_path / "venv" / "lib" / f"python{VERSION}" / "site-packages")
     chosen.threads, chosen.device, chosen.torch_folder = 3, "gpu", str(tmp_path / "venv")
     settings = part("preferences").worker_settings()
@@ -81,7 +81,7 @@ def test_a_cache_that_cannot_be_made_counts_as_not_chosen(part, package, chosen,
     assert part("preferences").cache_folder() == bpy.utils.extension_path_user(package, path="cache")
 
 
-def test_the_check_asks_the_worker(part, chosen):
+def test_the_check_asks_the_worker(part, chosen, as_installed):
     assert bpy.ops.preferences.npmesh_check() == {"FINISHED"}
     lines = chosen.checked.splitlines()
     assert [line.split(" ")[0].rstrip(":") for line in lines] == ["numpy", "numba", "trimesh", "pytetwild", "torch"]

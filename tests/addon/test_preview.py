@@ -5,13 +5,15 @@ import bpy
 import numpy as np
 import pytest
 
+from npm_blender.core.codec import open_stream
+
 from .conftest import positions, refusal
 
 
 def decoded(part, obj):
     """What the core makes of the preview's stream at its level and number of features."""
     state = obj.npmesh
-    progressive = part("core.codec.compression").open_stream(obj["npmesh_stream"])
+    progressive = open_stream(obj["npmesh_stream"])
     return progressive.decode(features=state.features, level=int(state.level))
 
 

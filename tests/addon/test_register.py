@@ -65,22 +65,25 @@ def test_registering_loads_nothing_heavy():
     assert "[]" in said.splitlines()
 
 
-def test_registering_takes_little_of_blenders_start(tmp_path):
-    code = f"""
-import time
-sys.pycache_prefix, sys.dont_write_bytecode = {str(tmp_path)!r}, False
-for attempt in range(2):  # the second one finds everything compiled to bytecode, as all starts but the first do
-    start = time.process_time()
+def test_registering_adds_little_to_blenders_start():
+    """Counted in calls, which are the same on every machine: 17,000."""
+    code = """
+for attempt in range(2):  # the second one finds the standard library loaded
+    calls = 0
+    def count(frame, event, argument):
+        global calls
+        calls += event in ("call", "c_call")
+    sys.setprofile(count)
     import npm_blender
     npm_blender.register()
-    took = time.process_time() - start
+    sys.setprofile(None)
     npm_blender.unregister()
     for name in [name for name in sys.modules if name.startswith("npm_blender")]:
         del sys.modules[name]
-print("took", took)
+print("calls", calls)
 """
-    took = next(float(line.split()[1]) for line in in_a_fresh_blender(code).splitlines() if line.startswith("took"))
-    assert took < 0.05
+    calls = next(int(line.split()[1]) for line in in_a_fresh_blender(code).splitlines() if line.startswith("calls"))
+    assert calls < 25_000
 
 
 def test_importing_the_package_needs_no_bpy():

@@ -5,12 +5,14 @@ import bpy
 import numpy as np
 import pytest
 
+from npm_blender.core.codec import open_stream
+
 from .conftest import positions, refusal
 
 
 def check(part, obj, stream):
     state = obj.npmesh
-    V = part("core.codec.compression").open_stream(stream).decode_positions(state.features, int(state.level))
+    V = open_stream(stream).decode_positions(state.features, int(state.level))
     assert state.problem == "" and np.array_equal(positions(obj), V.astype(np.float32))
 
 

@@ -3,13 +3,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.progressive_meshes.mesh import Growing, ring_of, split
+from benchmarks.progressive_meshes.mesh import VERTICES, Growing, ring_of, split
 from benchmarks.progressive_meshes.simplify import simplify
 from benchmarks.progressive_meshes.stream import decode, encode
 from npm_blender.core.errors import StreamError
-from npm_blender.core.geometry.closest_point import ClosestPoints
-from npm_blender.core.geometry.sampling import sample
-from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
+from npm_blender.core.geometry import ClosestPoints, sample
+from npm_blender.core.mesh import opposite_halfedges, topology_of, vertex_fans
 from tests.meshes.lod_meshes import sheet, sphere, torus, tube
 
 MESHES = {"sphere": sphere(4, 0.002), "torus": torus(noise=0.002), "sheet": sheet(noise=0.002), "tube": tube(noise=0.002)}
@@ -91,14 +90,14 @@ def test_any_splits_leave_a_manifold(name, choices):
     m = Growing.of(mesh.V, mesh.F, len(choices))
     ring, spoke = np.zeros((2, 400), np.int32)
     for v, a, b in choices:
-        v %= int(m.counts[0])
+        v %= int(m.counts[VERTICES])
         count, faces, border = ring_of(m, v, ring, spoke)
         p, q = sorted((a % count, b % count))
         if p == q and not border:
             continue
         split(m, v, ring, spoke, faces, border, -1 if p == q else p, q)
     F = m.faces()
-    n = int(m.counts[0])
+    n = int(m.counts[VERTICES])
     assert (vertex_fans(F, opposite_halfedges(F), n) == 1).all()
     assert np.array_equal(opposite_halfedges(F), m.opposite[:F.size])
     assert np.array_equal(np.bincount(F.reshape(-1), minlength=n), m.valence[:n])

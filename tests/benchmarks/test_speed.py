@@ -6,6 +6,8 @@ import pytest
 from benchmarks import speed
 from benchmarks.operations import GROUPS, operations
 
+pytestmark = [pytest.mark.slow, pytest.mark.torch]
+
 
 @pytest.fixture(scope="module")
 def figures():

@@ -1,18 +1,20 @@
 import numpy as np
 import pytest
+import scipy.sparse
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.methods import subdivision_codec, subdivision_embedded
 from benchmarks.methods.case import Case
 from benchmarks.subdivision import search, stream, symbols
+from benchmarks.subdivision.descent import Integers, Price, Quadratic, descend
 from benchmarks.subdivision.fit import Fit, Target
+from benchmarks.subdivision.rates import CLASSES, default_rate
 from benchmarks.subdivision.shape import Scheme
 from benchmarks.subdivision.stencils import refinement
 from npm_blender.core.errors import StreamError
-from npm_blender.core.geometry.sampling import sample
-from npm_blender.core.mesh.subdivision import Level
-from npm_blender.core.mesh.triangle_mesh import TriMesh
+from npm_blender.core.geometry import sample
+from npm_blender.core.mesh import Level, TriMesh
 from tests.meshes.lod_meshes import sheet, sphere, torus
 
 
@@ -134,6 +136,37 @@ def test_integers_survive_and_prefixes_are_certain(seed, stages, spread):
         assert 0 < certain < table.size
 
 
+@pytest.fixture
+def quadratic():
+    """A positive definite A, and the right side of A x = rhs for some x that are no integers."""
+    random = np.random.default_rng(0)
+    J = random.normal(size=(60, 12))
+    A = scipy.sparse.csr_matrix(J.T @ J)
+    return A, A @ random.normal(0, 3, 12)
+
+
+def descended(A, rhs, start, per_bit):
+    value = start.copy()
+    near = np.full((len(value), 8), -1, np.int32)
+    rate = default_rate(0)
+    descend(Quadratic.of(A, rhs - A @ start), Integers(value, np.zeros_like(value), near), 0,
+            Price(rate.fresh[0], rate.again, per_bit), 50)
+    return value
+
+
+def test_descent_without_a_price_ends_where_no_single_step_helps(quadratic):
+    A, rhs = quadratic
+    value = descended(A, rhs, np.zeros(12, np.int64), 0.0)
+    assert CLASSES == default_rate(0).fresh.shape[1]
+    assert (np.abs(rhs - A @ value) <= A.diagonal() / 2 + 1e-9).all()
+    assert np.count_nonzero(value) > 6
+
+
+def test_descent_at_a_high_price_returns_to_the_old_values(quadratic):
+    A, rhs = quadratic
+    assert not descended(A, rhs, np.full(12, 2), 1e9).any()
+
+
 def test_neighbours_lie_in_the_faces_at_the_edge():
     mesh = torus(5, 6)
     scheme = Scheme(mesh.F, len(mesh.V), 1, 0.0)
@@ -158,6 +191,7 @@ def test_samples_see_what_a_vertex_moves():
     assert np.allclose(fit.samples.by_level[1] @ moved, want[:, 2])
 
 
+@pytest.mark.slow
 def test_methods_stay_within_budgets_and_get_better():
     mesh = wavy(torus(40, 60))
     case = Case("torus", mesh, 5000)

@@ -10,6 +10,7 @@ import pytest
 CORE = Path(__file__).parents[2] / "npm_blender" / "core"
 FILES = [p for p in sorted(CORE.rglob("*.py")) if p != CORE / "__init__.py"]
 GROUND = {"errors", "progress", "jit", "files", "settings", "parallel", "lazy"}
+WITH_EXAMPLES = {"settings", "parallel", "progress", "lazy"}  # of the ground; the others may have some
 MAY_IMPORT = {
     "errors": set(), "progress": set(), "jit": set(), "lazy": set(),
     "files": {"errors"}, "settings": {"errors"}, "parallel": {"progress"},
@@ -93,13 +94,34 @@ def exported() -> list[tuple[str, str]]:
     return found
 
 
-@pytest.mark.parametrize(("room", "name"), exported(), ids="-".join)
-def test_what_a_room_exports_has_an_example_that_is_true(room, name):
-    value = getattr(importlib.import_module(f"npm_blender.core.{room}"), name)
-    value = getattr(value, "py_func", value)  # of a compiled function
+def run_examples(value: object, name: str) -> int:
+    """Run the examples in the docstring of a function or class; how many lines of examples there were."""
+    value = inspect.unwrap(getattr(value, "py_func", value))  # of a compiled function; of one with a cache
     text = inspect.getdoc(value) or ""
-    assert ">>>" in text, f"{room}.{name} has no example"
-    test = doctest.DocTestParser().get_doctest(text, {}, f"{room}.{name}", inspect.getsourcefile(value), 0)
+    test = doctest.DocTestParser().get_doctest(text, {}, name, inspect.getsourcefile(value), 0)
     runner, said = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS), []
     runner.run(test, out=said.append, clear_globs=True)
     assert not said, "".join(said)
+    return len(test.examples)
+
+
+@pytest.mark.parametrize(("room", "name"), exported(), ids=str)
+def test_what_a_room_exports_has_an_example_that_is_true(room, name):
+    value = getattr(importlib.import_module(f"npm_blender.core.{room}"), name)
+    assert run_examples(value, f"{room}.{name}"), f"{room}.{name} has no example"
+
+
+def on_the_ground() -> list[tuple[str, str]]:
+    """(module, name) of every public function and class that a ground file defines."""
+    found = []
+    for name in sorted(GROUND):
+        module = importlib.import_module(f"npm_blender.core.{name}")
+        found += [(name, key) for key, value in vars(module).items() if not key.startswith("_")
+                  and (inspect.isfunction(value) or inspect.isclass(value)) and value.__module__ == module.__name__]
+    return found
+
+
+@pytest.mark.parametrize(("module", "name"), on_the_ground(), ids=str)
+def test_the_examples_of_the_ground_are_true(module, name):
+    value = getattr(importlib.import_module(f"npm_blender.core.{module}"), name)
+    assert run_examples(value, f"{module}.{name}") or module not in WITH_EXAMPLES, f"{module}.{name} has no example"

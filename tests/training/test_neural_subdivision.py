@@ -109,6 +109,7 @@ def test_degenerate_faces_give_finite_gradients():
     assert torch.isfinite(x.grad).all()
 
 
+@pytest.mark.slow
 def test_training_lowers_the_loss_on_what_it_sees(folder, tmp_path):
     trainer = Trainer(folder, tmp_path / "run", TrainConfig())
     losses = [trainer.train_step(0.0) for _ in range(60)]
@@ -132,14 +133,16 @@ def test_a_resumed_run_is_the_run_that_was_not_interrupted(folder, tmp_path):
             torch.testing.assert_close(a, b, rtol=0, atol=0)
 
 
+@pytest.mark.slow
 def test_command_trains_logs_and_writes_weights_that_load(folder, tmp_path):
     line = [sys.executable, "-m", "training.neural_subdivision.train", str(folder), str(tmp_path / "run")]
-    subprocess.run([*line, "--hours", "0.0003", "--val", "1"], cwd=ROOT, check=True, capture_output=True)
+    subprocess.run([*line, "--hours", "1e-5", "--val", "1"], cwd=ROOT, check=True, capture_output=True)
     rows = (tmp_path / "run/log.csv").read_text().splitlines()
     assert rows[0].startswith("step,seconds,loss,base,network") and len(rows) == 2
     assert len(subdivide(read(tmp_path / "run/weights.npz"), icosphere(1), 1)[1].F) == 320
 
 
+@pytest.mark.slow
 def test_without_sequences_one_line_says_so(tmp_path):
     line = [sys.executable, "-m", "training.neural_subdivision.train", str(tmp_path), str(tmp_path / "run")]
     done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True)

@@ -11,6 +11,8 @@ from npm_blender.core.network import weights
 from tests.meshes.shapes import bumpy
 from training import sequences
 
+pytestmark = [pytest.mark.slow, pytest.mark.torch]
+
 ROOT = Path(__file__).parents[2]
 
 
@@ -22,12 +24,12 @@ def command(module, *arguments):
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A folder of meshes, their sequences, and a run of a second that was then resumed for another."""
+    """A folder of meshes, their sequences, and a run of a step or two that was then resumed for another."""
     folder = tmp_path_factory.mktemp("training")
     for i in range(10):
-        write_mesh(folder / f"m{i}.ply", bumpy(4, seed=i))
+        write_mesh(folder / f"m{i}.ply", bumpy(3, seed=i))
     command("training.sequences", folder, folder / "sequences", "--variants", 1, "--processes", 1)
-    for hours in (0.001, 0.002):
+    for hours in (1e-5, 2e-5):  # once time is up, a run ends with the step that it is in
         command("training.train", folder / "sequences", folder / "run", "--hours", hours, "--val", 1)
     return folder
 

@@ -5,8 +5,14 @@ from ..lazy import lazy_exports
 
 if TYPE_CHECKING:
     from .base_positions import decode_positions, encode_positions, quantize_positions
-    from .connectivity import canonical_order, decode_connectivity, encode_connectivity
-    from .container import read_stream, write_stream
+    from .connectivity import (
+        OrderedConnectivity,
+        canonical_order,
+        decode_connectivity,
+        encode_connectivity,
+        order_connectivity,
+    )
+    from .container import EncodedBase, StreamWriter, encode_base, read_stream, write_stream
     from .header import Header, ParsedStream
     from .range_coder import (
         DECODE,
@@ -16,6 +22,7 @@ if TYPE_CHECKING:
         code_raw,
         code_signed,
         code_unsigned,
+        finish_encoding,
         new_contexts,
         new_weights,
         range_decoder,
@@ -26,9 +33,12 @@ if TYPE_CHECKING:
 __all__ = [
     "DECODE",
     "ENCODE",
+    "EncodedBase",
     "Header",
     "MODE",
+    "OrderedConnectivity",
     "ParsedStream",
+    "StreamWriter",
     "canonical_order",
     "code_bit",
     "code_raw",
@@ -36,10 +46,13 @@ __all__ = [
     "code_unsigned",
     "decode_connectivity",
     "decode_positions",
+    "encode_base",
     "encode_connectivity",
     "encode_positions",
+    "finish_encoding",
     "new_contexts",
     "new_weights",
+    "order_connectivity",
     "quantize_positions",
     "range_decoder",
     "range_encoder",
@@ -50,10 +63,11 @@ __all__ = [
 ]
 __getattr__, __dir__ = lazy_exports(__name__, {
     "base_positions": ("decode_positions", "encode_positions", "quantize_positions",),
-    "connectivity": ("canonical_order", "decode_connectivity", "encode_connectivity",),
-    "container": ("read_stream", "write_stream",),
+    "connectivity": ("OrderedConnectivity", "canonical_order", "decode_connectivity", "encode_connectivity",
+                     "order_connectivity",),
+    "container": ("EncodedBase", "StreamWriter", "encode_base", "read_stream", "write_stream",),
     "header": ("Header", "ParsedStream",),
-    "range_coder": ("DECODE", "ENCODE", "MODE", "code_bit", "code_raw", "code_signed", "code_unsigned", "new_contexts",
-                    "new_weights", "range_decoder", "range_encoder",),
+    "range_coder": ("DECODE", "ENCODE", "MODE", "code_bit", "code_raw", "code_signed", "code_unsigned", "finish_encoding",
+                    "new_contexts", "new_weights", "range_decoder", "range_encoder",),
     "varint": ("read_varint", "write_varint",),
 })

@@ -1,10 +1,14 @@
 """Base vertex positions on a lattice: predicted from the faces already placed, residuals entropy coded.
 
 Vertices come in the order in which `connectivity` met them. A vertex v is predicted from every face (v, x, y) whose
-edge x-y has a face (y, x, z) on its other side, with x, y, z already known: z mirrored through the middle of x-y
-(parallelogram rule, Touma and Gotsman 1998), but 3/4 as far beyond, which fits decimated meshes better; all such
-predictions are averaged. The size of residuals follows the size of
-the triangles, so contexts are exponents relative to the local edge length. Integers throughout.
+edge x-y has a face (y, x, z) on its other side, with x, y, z already known. The parallelogram rule (Touma and Gotsman 1998)
+mirrors z through the middle of x-y; here it is damped, 3/4 as far beyond the middle, which fits decimated meshes better
+(the damping is ours), and the predictions of all n such faces are averaged:
+
+    p(v) = 1/n sum ((x + y) / 2 + 3/4 ((x + y) / 2 - z)) = sum (7 (x + y) - 6 z) / (8 n), rounded
+
+Where there is no such face, p(v) is the mean of the known neighbours. The size of residuals follows the size of the
+triangles, so contexts are exponents relative to the local edge length. Integers throughout.
 """
 from typing import NamedTuple
 
@@ -40,10 +44,8 @@ class _Neighbours(NamedTuple):
 def _neighbours(F: np.ndarray, n: int) -> _Neighbours:
     F = F.astype(np.int64)
     opposite = opposite_halfedges(F)
-    h = np.arange(F.size)
-    flat = F.reshape(-1)
-    x, y, apex = flat, flat[h // 3 * 3 + (h + 1) % 3], flat[h // 3 * 3 + (h + 2) % 3]
-    z = np.where(opposite == h, n, apex[opposite])
+    x, y, apex = (np.roll(F, -k, axis=1).reshape(-1) for k in range(3))
+    z = np.where(opposite == np.arange(F.size), n, apex[opposite])
     known = np.maximum(np.maximum(x, y), z) < apex
     order = np.argsort(apex[known], kind="stable")
     flaps = np.stack([x, y, z], 1)[known][order]
@@ -85,10 +87,8 @@ def _code_residual(coder, value, scale, previous, recent):
 
 
 @njit
-def _code_positions(coder, at, near):
-    """Code all rows of `at` (n, 3) int64 in place."""
-    recent = np.full(3, 12, np.int64)
-    guess = np.zeros(3, np.int64)
+def _code_positions(coder, at, near, guess, recent):
+    """Code all rows of `at` (n, 3) int64 in place; guess, recent (3,): room for one row, see `_new_rows`."""
     for v in range(len(at)):
         first, last = near.flap_start[v], near.flap_start[v + 1]
         count, reach = last - first, 0
@@ -117,10 +117,22 @@ def _code_positions(coder, at, near):
             recent[axis] = (3 * recent[axis] + previous + 2) >> 2
 
 
+def _new_rows() -> tuple[np.ndarray, np.ndarray]:
+    """guess and recent of `_code_positions`: of each coordinate, the prediction, and a running mean of residuals' sizes."""
+    return np.zeros(3, np.int64), np.full(3, 12, np.int64)
+
+
 def quantize_positions(V0: np.ndarray, bits: int) -> tuple[np.ndarray, np.ndarray]:
     """V0 (n, 3) float64, unit frame, on the lattice of step 2**-bits: (ints (n, 3) int64, V0q (n, 3) float64).
 
-    Raises MeshError if a coordinate is not finite or further than 4 from the origin.
+    ints = round(V0 2^bits), V0q = ints 2^-bits. Raises MeshError if a coordinate is not finite or further than 4 from the
+    origin.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import quantize_positions
+    >>> ints, V0q = quantize_positions(np.array([[0.1, -0.25, 0.5]]), bits=4)
+    >>> ints.tolist(), V0q.tolist()
+    ([[2, -4, 8]], [[0.125, -0.25, 0.5]])
     """
     V0 = np.asarray(V0, dtype=np.float64)
     if not np.isfinite(V0).all() or (np.abs(V0) >= _REACH).any():
@@ -133,13 +145,21 @@ def quantize_positions(V0: np.ndarray, bits: int) -> tuple[np.ndarray, np.ndarra
 def encode_positions(ints: np.ndarray, F: np.ndarray) -> bytes:
     """Bytes of lattice positions ints (n, 3) of base faces F (m, 3) in canonical order.
 
-    Raises MeshError if an integer is out of range.
+    Each vertex is predicted by the damped parallelogram rule, see above; what it is off by is coded. Raises MeshError if an
+    integer is out of range.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import decode_positions, encode_positions
+    >>> F = np.array([[0, 1, 2], [1, 0, 3]])
+    >>> data = encode_positions(np.array([[0, 0, 0], [8, 0, 0], [0, 8, 0], [8, -8, 0]]), F)
+    >>> decode_positions(data, F).tolist()
+    [[0, 0, 0], [8, 0, 0], [0, 8, 0], [8, -8, 0]]
     """
     at = np.array(ints, dtype=np.int64)
     if (np.abs(at) >= _LIMIT).any():
         raise MeshError(f"Expected lattice positions below {_LIMIT}, found {np.abs(at).max()}; use fewer position bits")
     coder = range_encoder(new_contexts(_CONTEXTS), new_weights(_MIXERS), 64 + 3 * 3 * _BITS * len(at))
-    _code_positions(coder, at, _neighbours(F, len(at)))
+    _code_positions(coder, at, _neighbours(F, len(at)), *_new_rows())
     return finish_encoding(coder)
 
 
@@ -147,10 +167,18 @@ def decode_positions(data: bytes, F: np.ndarray) -> np.ndarray:
     """Lattice positions (n, 3) int64 of base faces F (m, 3), from the bytes of `encode_positions`.
 
     Raises StreamError if a position leaves the range that can be written.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import decode_positions, encode_positions
+    >>> F = np.array([[0, 1, 2], [1, 0, 3]])
+    >>> data = encode_positions(np.array([[0, 0, 0], [8, 0, 0], [0, 8, 0], [8, -8, 0]]), F)
+    >>> decode_positions(data, F)[3].tolist()
+    [8, -8, 0]
     """
     n = int(F.max()) + 1
     at = np.zeros((n, 3), np.int64)
-    _code_positions(range_decoder(new_contexts(_CONTEXTS), new_weights(_MIXERS), data), at, _neighbours(F, n))
+    coder = range_decoder(new_contexts(_CONTEXTS), new_weights(_MIXERS), data)
+    _code_positions(coder, at, _neighbours(F, n), *_new_rows())
     if (np.abs(at) >= _LIMIT).any():
         raise StreamError("Expected base positions near the unit frame, found others; the file is corrupted")
     return at

@@ -22,6 +22,12 @@ class Header:
     feature_steps: one float32 per group; total_features: of the whole stream, arrived or not; source_faces,
     source_vertices: of the mesh that was compressed; centre, size: unit frame to object space, see `UnitFrame`;
     channels: numbers per feature. Raises StreamError if a field is out of range.
+
+    >>> from npm_blender.core.bitstream import Header
+    >>> header = Header("demo", bytes(8), levels=2, position_bits=12, feature_steps=(1, 1, 0.5, 0.5), total_features=40,
+    ...                 source_faces=1280, source_vertices=642, centre=(0, 0, 0), size=2)
+    >>> header.passes  # over the offsets: steps of two levels of latents, then of two levels of offsets
+    1
     """
 
     model_id: str
@@ -81,6 +87,14 @@ class ParsedStream:
     (k, channels) int32: the features that arrived; packet_ends: (features, bytes), int64 (p + 1,) each: cumulative
     features and offset in the file at the end of the base mesh and of each packet; base_bytes: offset of the first
     packet; truncated: the data end before the last promised feature; corrupt: what damage ended the reading, or None.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import Header, read_stream, write_stream
+    >>> V0, F0 = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [1, 0, 3]])
+    >>> header = Header("demo", bytes(8), 1, 10, (0.5,), 2, 2, 4, (0, 0, 0), 1.0)
+    >>> stream = read_stream(write_stream(header, V0, F0, [0, 0], [1, 0], np.ones((2, 8), int)))
+    >>> stream.face.tolist(), stream.packet_ends[0].tolist()  # one packet of two features, inside it sorted by face
+    ([0, 1], [0, 2])
     """
 
     header: Header

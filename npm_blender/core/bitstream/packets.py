@@ -12,17 +12,19 @@ exchanged packets; whatever slips through still decodes to legal indices, so mor
 """
 from binascii import crc_hqx
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import StreamError
 from ..jit import njit
 from .feature_values import CONTEXTS, COUNT, LEVELS, LIMIT, MIXERS, STRIDE, code_latent, code_offsets
-from .range_coder import code_signed, finish_encoding, new_contexts, new_weights, range_decoder, range_encoder
-from .significance import code_faces, faces_of, nothing_sent
-from .varint import read_varint, write_varint
+from .range_coder import code_signed, new_contexts, new_weights, range_decoder
+from .significance import Faces, Sent, code_faces, nothing_sent
+from .varint import read_varint
 
 MAX_VALUE = (1 << 20) - 1
+CRC_BYTES = 2  # behind each packet
 BATCH = 6  # packets, from 400 features on; part of the format
 GROUP, PENDING, REST, WHOLE = 0, 1, 2, 3  # of a batch: group being coded, its features to come, those after it, all
 
@@ -48,38 +50,59 @@ def packet_sizes(total: int, batches: bool = True) -> list[list[int]]:
     return out
 
 
+class Features(NamedTuple):
+    """Features in the order of the stream, int64: group (k,), face (k,) in its group, value (k, channels)."""
+
+    group: np.ndarray
+    face: np.ndarray
+    value: np.ndarray
+
+
+class PacketState(NamedTuple):
+    """What both sides have learned. sent: see `Sent`; typical (groups, channels): 256 times the recent mean magnitude;
+    batch (4,): where the batch stands, see GROUP; contexts, weights: of the coder."""
+
+    sent: Sent
+    typical: np.ndarray
+    batch: np.ndarray
+    contexts: np.ndarray
+    weights: np.ndarray
+
+
 @njit
-def _code_packet(coder, faces, sent, typical, group, face, value, at, size, batch, whole):
+def code_packet(coder, faces, state, features, at, size, whole):
     """Code features at..at + size in place. Returns False if the counts cannot be.
 
-    batch (4,): where the batch stands, see GROUP; whole: features of the batch, if this is its first packet, else 0.
+    whole: features of the batch, if this is its first packet, else 0.
     """
+    batch, sent = state.batch, state.sent
     if whole:
         batch[GROUP], batch[PENDING], batch[REST], batch[WHOLE] = -1, 0, whole, whole
     for row in range(at, at + size):
         while batch[PENDING] == 0:
-            if not _next_group(coder, faces, sent, group, face, row, batch):
+            if not _next_group(coder, faces, state, features, row):
                 return False
         lv = batch[GROUP]
         if lv < faces.levels:
-            code_latent(coder, faces, sent, typical, value, lv, faces.first[lv] + face[row], row)
+            code_latent(coder, faces, sent, state.typical, features.value, lv, faces.first[lv] + features.face[row], row)
         else:
-            code_offsets(coder, faces, sent, typical, value, lv, faces.first[lv] + face[row], row)
+            code_offsets(coder, faces, sent, state.typical, features.value, lv, faces.first[lv] + features.face[row], row)
         batch[PENDING] -= 1
     if batch[PENDING] + batch[REST] == 0:
         while batch[GROUP] + 1 < len(sent.count):
-            if not _next_group(coder, faces, sent, group, face, at + size, batch):
+            if not _next_group(coder, faces, state, features, at + size):
                 return False
         sent.last[len(sent.count)] = batch[WHOLE]
     return True
 
 
 @njit
-def _next_group(coder, faces, sent, group, face, at, batch):
+def _next_group(coder, faces, state, features, at):
     """Code how many features of the batch are in its next group, and on which faces they sit, from row `at` on.
 
     The last group has what remains. Returns False if the counts cannot be.
     """
+    batch, sent = state.batch, state.sent
     groups, rest = len(sent.count), batch[REST]
     batch[GROUP] += 1
     lv = batch[GROUP]
@@ -89,14 +112,15 @@ def _next_group(coder, faces, sent, group, face, at, batch):
     if lv + 1 < groups:
         count = 0
         for r in range(at, at + rest):
-            count += group[r] == lv
+            count += features.group[r] == lv
         likely = sent.last[lv] * batch[WHOLE] // sent.last[groups]
         c = (COUNT + min(lv, LEVELS - 1)) * STRIDE
         count = likely + code_signed(coder, count - likely, c, c, c, STRIDE, LIMIT)
     if count < 0 or count > rest or count > faces.first[lv + 1] - faces.first[lv] - sent.count[lv]:
         return False
-    code_faces(coder, faces, sent, face, lv, at, count)
-    group[at : at + count] = lv
+    code_faces(coder, faces, sent, features.face, lv, at, count)
+    for r in range(at, at + count):
+        features.group[r] = lv
     batch[PENDING] = count
     batch[REST] -= count
     sent.last[lv] = count
@@ -104,53 +128,16 @@ def _next_group(coder, faces, sent, group, face, at, batch):
     return True
 
 
-def _start(F0: np.ndarray, levels: int, channels: int, passes: int):
-    """Faces, what is sent of them, recent mean magnitudes (groups, channels), contexts and mixers of a new stream."""
-    faces = faces_of(F0, levels, passes)
+def first_state(faces: Faces, channels: int) -> PacketState:
+    """The state before the first packet."""
     sent = nothing_sent(faces)
-    typical = np.full((len(sent.count), channels), 256, np.int64)  # 256 x the mean magnitude
-    return faces, sent, typical, new_contexts(CONTEXTS), new_weights(MIXERS)
+    typical = np.full((len(sent.count), channels), 256, np.int64)
+    return PacketState(sent, typical, np.zeros(4, np.int64), new_contexts(CONTEXTS), new_weights(MIXERS))
 
 
-def _most_bytes(size: int, channels: int, faces: int) -> int:
+def most_bytes(size: int, channels: int, faces: int) -> int:
     """No payload of `size` features is longer."""
     return 1024 + size * (64 * channels + 64) + faces // 2
-
-
-def encode_packets(F0: np.ndarray, levels: int, group: np.ndarray, face: np.ndarray, value: np.ndarray,
-                   crc: int, passes: int = 0, batches: bool = True) -> list[bytes]:
-    """Packets of k features in their order of importance.
-
-    F0 (m0, 3): base faces as the receiver sees them; group (k,): the level 0..levels - 1 of latents, levels * p + the
-    level of the offsets of pass p; face (k,) in 0..m0 4^level - 1; value (k, channels) integers, of offsets the first
-    three, one for each half-edge of the face, the same on both sides of an edge; crc: 16 bits that the first packet's CRC
-    starts from; passes: over the offsets that the stream has; batches: as for `packet_sizes`.
-    Raises StreamError if a face comes twice in a group, or an index or value is out of range.
-    """
-    group, face, value = (np.array(a, dtype=np.int64) for a in (group, face, value))
-    groups = levels * (1 + passes)
-    faces, sent, typical, contexts, weights = _start(F0, levels, value.shape[1], passes)
-    fits = (0 <= group) & (group < groups) & (0 <= face) & (np.abs(value) <= MAX_VALUE).all(1)
-    if not fits.all():
-        raise StreamError(f"Expected features of levels 0..{groups - 1} and values within +-{MAX_VALUE}, found others")
-    number = faces.first[group] + face
-    if (number >= faces.first[group + 1]).any() or len(np.unique(number)) != len(number):
-        raise StreamError("Expected at most one feature per existing face, found one twice or beyond the last face")
-    out, at, state = [], 0, np.zeros(4, np.int64)
-    for sizes in packet_sizes(len(group), batches):
-        whole = sum(sizes)
-        part = slice(at, at + whole)
-        order = at + np.argsort(number[part], kind="stable")
-        group[part], face[part], value[part] = group[order], face[order], value[order]
-        for size in sizes:
-            coder = range_encoder(contexts, weights, _most_bytes(size, value.shape[1], len(sent.row)))
-            _code_packet(coder, faces, sent, typical, group, face, value, at, size, state, whole)
-            payload = finish_encoding(coder)
-            packet = write_varint(len(payload)) + payload
-            crc = crc_hqx(packet, crc)
-            out.append(packet + crc.to_bytes(2, "big"))
-            at, whole = at + size, 0
-    return out
 
 
 @dataclass(frozen=True)
@@ -170,30 +157,30 @@ class Packets:
     corrupt: str | None
 
 
-def read_packets(data: bytes, at: int, F0: np.ndarray, levels: int, channels: int, total: int, crc: int,
-                 passes: int = 0, batches: bool = True) -> Packets:
+def read_packets(data: bytes, at: int, faces: Faces, channels: int, total: int, crc: int, batches: bool = True) -> Packets:
     """The features of all whole, undamaged packets in data[at:]; never raises for what follows them.
 
-    F0, levels, channels, crc, passes, batches: as for `encode_packets`; total: number of features promised. Allocates for
-    what the data can hold, and the batch that they end in, not for `total`.
+    faces, crc, batches: as for `encode_packets`; channels: numbers per feature; total: number of features promised. Allocates
+    for what the data can hold, and the batch that they end in, not for `total`.
     """
-    faces, sent, typical, contexts, weights = _start(F0, levels, channels, passes)
+    state = first_state(faces, channels)
     sizes = packet_sizes(total, batches)
-    found, at, truncated, corrupt = _whole_packets(data, at, sum(sizes, []), channels, len(sent.row), crc)
+    found, at, truncated, corrupt = _whole_packets(data, at, sum(sizes, []), channels, len(state.sent.row), crc)
     wholes = [sum(batch) if i == 0 else 0 for batch in sizes for i in range(len(batch))][:len(found)]
     k = sum(wholes)
-    group, face, value = np.zeros(k, np.int64), np.zeros(k, np.int64), np.zeros((k, channels), np.int64)
-    features, ends, state = [0], [at], np.zeros(4, np.int64)
+    features = Features(np.zeros(k, np.int64), np.zeros(k, np.int64), np.zeros((k, channels), np.int64))
+    arrived, ends = [0], [at]
     for (size, begin, end), whole in zip(found, wholes, strict=True):
-        coder = range_decoder(contexts, weights, data[begin:end - 2])
-        if not _code_packet(coder, faces, sent, typical, group, face, value, features[-1], size, state, whole):
+        coder = range_decoder(state.contexts, state.weights, data[begin:end - CRC_BYTES])
+        if not code_packet(coder, faces, state, features, arrived[-1], size, whole):
             corrupt, truncated = f"Expected a packet of features at byte {ends[-1]}, found impossible counts", False
             break
-        features.append(features[-1] + size)
+        arrived.append(arrived[-1] + size)
         ends.append(end)
-    k = features[-1]
-    return Packets(group[:k].astype(np.uint8), face[:k].astype(np.int32), value[:k].astype(np.int32),
-                   np.array(features, np.int64), np.array(ends, np.int64), truncated, corrupt)
+    k = arrived[-1]
+    return Packets(features.group[:k].astype(np.uint8), features.face[:k].astype(np.int32),
+                   features.value[:k].astype(np.int32), np.array(arrived, np.int64), np.array(ends, np.int64),
+                   truncated, corrupt)
 
 
 def _whole_packets(data: bytes, at: int, sizes: list[int], channels: int, faces: int,
@@ -207,13 +194,13 @@ def _whole_packets(data: bytes, at: int, sizes: list[int], channels: int, faces:
             return out, start, True, None
         except StreamError as e:
             return out, start, False, str(e)
-        if length > _most_bytes(size, channels, faces):
+        if length > most_bytes(size, channels, faces):
             return out, start, False, f"Expected a packet of features at byte {at}, found one of {length} bytes"
-        end = begin + length + 2
+        end = begin + length + CRC_BYTES
         if end > len(data):
             return out, start, True, None
-        crc = crc_hqx(data[at:end - 2], crc)
-        if crc != int.from_bytes(data[end - 2:end], "big"):
+        crc = crc_hqx(data[at:end - CRC_BYTES], crc)
+        if crc != int.from_bytes(data[end - CRC_BYTES:end], "big"):
             return out, start, False, f"Expected a packet of features at byte {at}, found a wrong checksum"
         out.append((size, begin, end))
         at = end
@@ -222,10 +209,9 @@ def _whole_packets(data: bytes, at: int, sizes: list[int], channels: int, faces:
     return out, start, False, None
 
 
-def decode_packets(data: bytes, at: int, F0: np.ndarray, levels: int, channels: int, total: int, crc: int,
-                   passes: int = 0, batches: bool = True) -> Packets:
+def decode_packets(data: bytes, at: int, faces: Faces, channels: int, total: int, crc: int, batches: bool = True) -> Packets:
     """As `read_packets`, but raises StreamError with the byte offset if a packet is damaged; a cut end is no damage."""
-    packets = read_packets(data, at, F0, levels, channels, total, crc, passes, batches)
+    packets = read_packets(data, at, faces, channels, total, crc, batches)
     if packets.corrupt:
         raise StreamError(packets.corrupt)
     return packets

@@ -8,12 +8,15 @@ The probability that a bit is 1, in three steps (docs/format.md has the same in 
     every context keeps p (22 bits) and a count n; s_k = stretch(p_k) = 256 ln(p / (1 - p))
     p = squash(sum_k w_k s_k), weights from the mixer row (16.16 fixed point)
     after the bit: w_k += s_k * error, p_k += (bit - p_k) / (n_k + 2), n_k rises to the row's limit
+
+Range coding: Martin 1979; logistic mixing: Mahoney 2005.
 """
 from typing import NamedTuple
 
 import numpy as np
 
 from ..jit import njit
+from .logistic_tables import RECIPROCAL, SQUASH, STRETCH
 
 MODE, LOW, RANGE, POSITION, END = 0, 1, 2, 3, 4
 DECODE, ENCODE = 0, 1
@@ -23,31 +26,7 @@ FLOOR = 1 << 7              # a context's probability stays this far from 0 and 
 INPUTS = 3
 DEFAULT_WEIGHT = 24_000     # 16.16: three inputs that agree are trusted slightly more than each alone
 LEARNING_RATE = 10
-MAX_COUNT = 1023
 ESCAPE_BITS = 30            # Exp-Golomb prefix at most: values stay below 2**31
-
-# 65536 / (1 + exp(-x / 256)) at x = -2048, -1920, .., 2048; part of the format.
-_KNOTS = (22, 36, 60, 98, 162, 267, 439, 720, 1179, 1921, 3108, 4971, 7812, 11955, 17625, 24743, 32768, 40793, 47911,
-          53581, 57724, 60565, 62428, 63615, 64357, 64816, 65097, 65269, 65374, 65438, 65476, 65500, 65514)
-
-
-def _squash_table() -> np.ndarray:
-    """squash(x) for x = -2048..2047, 16-bit probabilities (4096,) int64: the knots, joined by straight lines."""
-    x = np.arange(4096, dtype=np.int64)
-    knots = np.array(_KNOTS, dtype=np.int64)
-    i, t = x >> 7, x & 127
-    return (knots[i] * (128 - t) + knots[i + 1] * t + 64) >> 7
-
-
-def _stretch_table(squash: np.ndarray) -> np.ndarray:
-    """stretch(p) for the 4096 values of p >> 10: the least x with squash(x) >= the middle of the bin, -2048..2047."""
-    middle = np.arange(4096, dtype=np.int64) * 16 + 8
-    return np.minimum(np.searchsorted(squash, middle), 4095).astype(np.int64) - 2048
-
-
-SQUASH = _squash_table()
-STRETCH = _stretch_table(SQUASH)
-RECIPROCAL = 65536 // (np.arange(MAX_COUNT + 1, dtype=np.int64) + 2)
 
 
 class Coder(NamedTuple):
@@ -65,30 +44,58 @@ class Coder(NamedTuple):
 
 
 def new_contexts(count: int, limit: int = 255) -> np.ndarray:
-    """Fresh contexts (count, 3) int64 with probability 1/2; limit: how much of the past they remember (1..1023)."""
+    """Fresh contexts (count, 3) int64 with probability 1/2; limit: how much of the past they remember (1..1023).
+
+    >>> from npm_blender.core.bitstream import new_contexts
+    >>> new_contexts(2).tolist() == [[2**21, 0, 255], [2**21, 0, 255]]
+    True
+    """
     return np.tile(np.array([ONE // 2, 0, limit], dtype=np.int64), (count, 1))
 
 
 def new_weights(count: int) -> np.ndarray:
-    """Fresh mixer rows (count, 3) int64."""
+    """Fresh mixer rows (count, 3) int64: the weights of the three contexts of a bit, 16.16 fixed point.
+
+    >>> from npm_blender.core.bitstream import new_weights
+    >>> [round(weight / 2**16, 2) for weight in new_weights(1)[0]]
+    [0.37, 0.37, 0.37]
+    """
     return np.full((count, INPUTS), DEFAULT_WEIGHT, dtype=np.int64)
 
 
 def range_encoder(contexts: np.ndarray, weights: np.ndarray, capacity: int) -> Coder:
-    """A coder that writes at most `capacity` bytes; see `finish_encoding`."""
+    """A coder that writes at most `capacity` bytes; see `finish_encoding`.
+
+    contexts, weights: from `new_contexts` and `new_weights`; they learn, so the decoder is given fresh ones of its own.
+
+    >>> from npm_blender.core.bitstream import code_raw, finish_encoding, new_contexts, new_weights, range_encoder
+    >>> coder = range_encoder(new_contexts(1), new_weights(1), capacity=8)
+    >>> code_raw(coder, 0b1011, 4), finish_encoding(coder).hex()
+    (11, '50')
+    """
     rc = np.array([ENCODE, 0, (1 << 32) - 1, 0, capacity], dtype=np.int64)
     return Coder(rc, np.zeros(capacity + 8, dtype=np.uint8), contexts, weights)
 
 
 def range_decoder(contexts: np.ndarray, weights: np.ndarray, data: bytes) -> Coder:
-    """A coder that reads `data`; beyond its end it reads zeros, as the encoder drops trailing zeros."""
+    """A coder that reads `data`; beyond its end it reads zeros, as the encoder drops trailing zeros.
+
+    >>> from npm_blender.core.bitstream import code_raw, new_contexts, new_weights, range_decoder
+    >>> code_raw(range_decoder(new_contexts(1), new_weights(1), b"\\x50"), 0, 4)  # the 0 is ignored
+    11
+    """
     buf = np.frombuffer(bytes(data) + b"\0\0\0\0", dtype=np.uint8).copy()
     rc = np.array([DECODE, int.from_bytes(buf[:4].tobytes(), "big"), (1 << 32) - 1, 4, len(data)], dtype=np.int64)
     return Coder(rc, buf, contexts, weights)
 
 
 def finish_encoding(coder: Coder) -> bytes:
-    """End an encoder: the shortest bytes inside the final interval, without trailing zeros."""
+    """End an encoder: the shortest bytes inside the final interval, without trailing zeros.
+
+    >>> from npm_blender.core.bitstream import finish_encoding, new_contexts, new_weights, range_encoder
+    >>> finish_encoding(range_encoder(new_contexts(1), new_weights(1), capacity=8))
+    b''
+    """
     rc = coder.rc
     if rc[POSITION] > rc[END]:  # the caller's bound was wrong: a bug, not an input
         raise ValueError(f"Range coder needs {rc[POSITION]} bytes, was given {rc[END]}")
@@ -104,7 +111,7 @@ def finish_encoding(coder: Coder) -> bytes:
 
 @njit
 def _encode_step(rc, buf, bound, bit):
-    """Narrow the interval to its first `bound` (bit 1) or to the rest (bit 0), and write what is settled."""
+    """Narrow the interval to its first `bound` (bit 1) or to the rest (bit 0); write the bytes that only a carry can change."""
     if bit:
         rc[RANGE] = bound
     else:
@@ -156,7 +163,16 @@ def code_probability(coder, bit, p):
 
 @njit
 def code_bit(coder, bit, i, j, k, w):
-    """Code a bit with contexts i, j, k mixed by mixer row w; all of them learn from it."""
+    """Code a bit with contexts i, j, k mixed by mixer row w; all of them learn from it.
+
+    p = squash(sum_k w_k stretch(p_k)), see above. Returns the bit; a decoder ignores the one that it is given.
+
+    >>> from npm_blender.core.bitstream import code_bit, finish_encoding, new_contexts, new_weights, range_encoder
+    >>> coder = range_encoder(new_contexts(3), new_weights(1), capacity=100)
+    >>> bits = [code_bit(coder, 1, 0, 1, 2, 0) for _ in range(800)]
+    >>> len(finish_encoding(coder)) < 10  # 800 bits that are all the same
+    True
+    """
     contexts, weights, rc = coder.contexts, coder.weights, coder.rc
     si, sj, sk = STRETCH[contexts[i, 0] >> 10], STRETCH[contexts[j, 0] >> 10], STRETCH[contexts[k, 0] >> 10]
     x = (weights[w, 0] * si + weights[w, 1] * sj + weights[w, 2] * sk) >> 16
@@ -181,7 +197,12 @@ def code_bit(coder, bit, i, j, k, w):
 
 @njit
 def code_raw(coder, value, bits):
-    """Code the low `bits` bits of a value, highest first, all equally likely."""
+    """Code the low `bits` bits of a value, highest first, all equally likely.
+
+    >>> from npm_blender.core.bitstream import code_raw, new_contexts, new_weights, range_encoder
+    >>> code_raw(range_encoder(new_contexts(1), new_weights(1), capacity=8), 1000, 4)  # the low four bits of 1000
+    8
+    """
     out = 0
     for b in range(bits - 1, -1, -1):
         out = (out << 1) | code_probability(coder, (value >> b) & 1, ONE >> 1)
@@ -206,7 +227,14 @@ def code_uniform(coder, value, count):
 def code_unsigned(coder, value, i, j, k, w, limit):
     """Code value >= 0: is it > 0, > 1, .. with contexts i + t, j + t, k + t, mixers w + t; from `limit` Exp-Golomb.
 
-    Uses `limit` rows from each of i, j, k, w. Values stay below 2**31.
+    Uses `limit` rows from each of i, j, k, w. Values stay below 2**31. Exp-Golomb: Teuhola 1978.
+
+    >>> from npm_blender.core.bitstream import *
+    >>> coder = range_encoder(new_contexts(4), new_weights(4), capacity=100)
+    >>> sent = [code_unsigned(coder, value, 0, 0, 0, 0, 4) for value in (0, 2, 3, 700)]
+    >>> coder = range_decoder(new_contexts(4), new_weights(4), finish_encoding(coder))
+    >>> [code_unsigned(coder, 0, 0, 0, 0, 0, 4) for _ in range(4)]
+    [0, 2, 3, 700]
     """
     for t in range(limit):
         if code_bit(coder, 1 if value > t else 0, i + t, j + t, k + t, w + t) == 0:
@@ -222,6 +250,13 @@ def code_signed(coder, value, i, j, k, w, limit):
     """Code an integer: magnitude as `code_unsigned`, then its sign with contexts i + limit, .. and mixer w + limit.
 
     Uses limit + 1 rows from each of i, j, k, w.
+
+    >>> from npm_blender.core.bitstream import *
+    >>> coder = range_encoder(new_contexts(5), new_weights(5), capacity=100)
+    >>> sent = [code_signed(coder, value, 0, 0, 0, 0, 4) for value in (0, -2, 700)]
+    >>> coder = range_decoder(new_contexts(5), new_weights(5), finish_encoding(coder))
+    >>> [code_signed(coder, 0, 0, 0, 0, 0, 4) for _ in range(3)]
+    [0, -2, 700]
     """
     magnitude = code_unsigned(coder, abs(value), i, j, k, w, limit)
     if magnitude == 0:

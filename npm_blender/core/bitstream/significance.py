@@ -4,6 +4,10 @@ Features come in groups: group g < L holds the latents of the faces of level g, 
 level i, group 2 L + i what a second pass adds to them, and so on. Per group a packet tells for each face not yet sent
 whether it is sent now; the chance of that is shared out by weights that follow what the faces around it did (parent
 sent, neighbours sent), learned from packet to packet.
+
+Near to the significance passes of embedded image coders (Shapiro 1993; Said and Pearlman 1996), and of their versions for
+subdivided meshes (Khodakovsky, Schroeder and Sweldens 2000): there trees of zeros say which coefficients stay insignificant,
+here the parents and neighbours of a face set its probability. The classes and their weights are ours.
 """
 from typing import NamedTuple
 
@@ -33,16 +37,18 @@ class Faces(NamedTuple):
 
 class Sent(NamedTuple):
     """What both sides know and have learned about faces. row (total,) int32: 1 + index of the feature of a face, 0
-    unsent; weights (G / L * CLASSES,); count (G,): sent of each group; last (G + 1,): counts of the packet before, and its
-    size."""
+    unsent; weights (G / L * CLASSES,); count (G,): sent of each group; last (G + 1,): counts of the batch before, and its
+    size; hits, expected, as weights: of each class, how many were sent in the batch and how many were to be expected."""
 
     row: np.ndarray
     weights: np.ndarray
     count: np.ndarray
     last: np.ndarray
+    hits: np.ndarray
+    expected: np.ndarray
 
 
-def faces_of(F0: np.ndarray, levels: int, passes: int) -> Faces:
+def faces_of(F0: np.ndarray, levels: int, passes: int = 0) -> Faces:
     """The faces of `levels` groups of latents, and of as many of offsets in each pass, over the base faces F0 (m0, 3)."""
     opposite = opposite_halfedges(F0).astype(np.int64)
     first, tables = [0], []
@@ -64,7 +70,8 @@ def nothing_sent(faces: Faces) -> Sent:
     last = np.ones(groups + 1, np.int64)
     last[groups] = groups
     weights = np.full(groups // faces.levels * CLASSES, _ONE_WEIGHT, np.int64)
-    return Sent(np.zeros(faces.first[-1], np.int32), weights, np.zeros(groups, np.int64), last)
+    return Sent(np.zeros(faces.first[-1], np.int32), weights, np.zeros(groups, np.int64), last, np.zeros_like(weights),
+                np.zeros_like(weights))
 
 
 @njit
@@ -88,16 +95,40 @@ def _class_of(faces, sent, group, g):
 
 
 @njit
-def code_faces(coder, faces, sent, face, group, at, count):
-    """Which `count` of the unsent faces of a group are sent now, face[at:at + count] ascending."""
-    sending = coder.rc[MODE] == ENCODE
-    first, stop = faces.first[group], faces.first[group + 1]
+def _unsent(faces, sent, group):
+    """How many faces of a group are unsent, and the sum of the weights of their classes."""
     rest, total = 0, 0
-    for g in range(first, stop):
+    for g in range(faces.first[group], faces.first[group + 1]):
         if sent.row[g] == 0:
             total += sent.weights[_class_of(faces, sent, group, g)]
             rest += 1
-    hits, expected = np.zeros_like(sent.weights), np.zeros_like(sent.weights)
+    return rest, total
+
+
+@njit
+def _weights_to_come(faces, sent, group, g):
+    """Sum of the weights of the classes of the unsent faces beside g that come after it."""
+    total = 0
+    for t in range(3):
+        o = faces.twin[3 * g + t] // 3
+        if o > g and sent.row[o] == 0:
+            total += sent.weights[_class_of(faces, sent, group, o)]
+    return total
+
+
+@njit
+def code_faces(coder, faces, sent, face, group, at, count):
+    """Which `count` of the unsent faces of a group are sent now, face[at:at + count] ascending.
+
+    A face of class c is sent with the probability count * w_c / (sum of the weights of the unsent faces from it on); after the
+    packet, w_c is scaled by (hits_c + 4) / (expected_c + 4).
+    """
+    sending = coder.rc[MODE] == ENCODE
+    first, stop = faces.first[group], faces.first[group + 1]
+    rest, total = _unsent(faces, sent, group)
+    hits, expected = sent.hits, sent.expected
+    for c in range(len(hits)):
+        hits[c], expected[c] = 0, 0
     for g in range(first, stop):
         if count == 0:
             break
@@ -115,18 +146,12 @@ def code_faces(coder, faces, sent, face, group, at, count):
         total -= weight
         rest -= 1
         if now:
-            for t in range(3):
-                o = faces.twin[3 * g + t] // 3
-                if o > g and sent.row[o] == 0:
-                    total -= sent.weights[_class_of(faces, sent, group, o)]
+            before = _weights_to_come(faces, sent, group, g)
             face[at] = g - first
             at += 1
             count -= 1
             sent.row[g] = at
-            for t in range(3):
-                o = faces.twin[3 * g + t] // 3
-                if o > g and sent.row[o] == 0:
-                    total += sent.weights[_class_of(faces, sent, group, o)]
+            total += _weights_to_come(faces, sent, group, g) - before
     for c in range(len(hits)):
         weight = sent.weights[c] * (hits[c] + _PRIOR) // (expected[c] + _PRIOR)
         sent.weights[c] = min(max(weight, 4), _MAX_WEIGHT)

@@ -5,7 +5,12 @@ _LONGEST = 9
 
 
 def write_varint(value: int) -> bytes:
-    """The bytes of 0 <= value < 2**63."""
+    """The bytes of 0 <= value < 2**63; known as LEB128.
+
+    >>> from npm_blender.core.bitstream import write_varint
+    >>> [write_varint(value).hex() for value in (0, 127, 128, 300)]
+    ['00', '7f', '8001', 'ac02']
+    """
     out = bytearray()
     while value > 127:
         out.append(value & 127 | 128)
@@ -18,6 +23,10 @@ def read_varint(data: bytes, at: int) -> tuple[int, int]:
     """(value, offset after it) of the number at offset `at`.
 
     Raises EOFError if the data end inside it, StreamError if it is longer than nine bytes.
+
+    >>> from npm_blender.core.bitstream import read_varint
+    >>> read_varint(bytes.fromhex("ffac02ff"), 1)
+    (300, 3)
     """
     value = 0
     for i in range(_LONGEST):

@@ -5,32 +5,31 @@ Both repairs are tried first and kept only where fewer border edges are left onc
 import numpy as np
 
 from ..geometry import near_places, weld
-from ..mesh import compact
+from ..mesh import compact, next_halfedges
 from ..progress import Progress, no_progress
 from .degenerate_faces import repeated_corners
 from .duplicate_faces import duplicates
 from .edge_groups import EdgeGroups
-from .manifold_cut import cut, disagree
+from .manifold_cut import cut
 from .orientation import orient
 
 NEAR = 1e-6  # of the box: how far apart border vertices may be and still be one
 SINGLE = 2.0**-22  # two units in the last place of single precision
 
 
-def weld_borders(V: np.ndarray, F: np.ndarray, groups: EdgeGroups,
-                 progress: Progress = no_progress) -> tuple[np.ndarray, EdgeGroups, int]:
-    """Faces with coincident border vertices made one, their edges, and the number of vertices that went.
+def weld_borders(V: np.ndarray, groups: EdgeGroups, progress: Progress = no_progress) -> tuple[EdgeGroups, int]:
+    """The edges of faces whose coincident border vertices were made one, and the number of vertices that went.
 
     Only where fewer border edges are left once the result is cut into a manifold again. Vertices inside a surface are
     never joined, so surfaces that merely touch stay apart. Exact coincidence is tried first, then a distance of NEAR
     times the box, of a tenth of the shortest border edge at either vertex if that is less: no edge is collapsed.
     """
     changed = 0
-    for near in (0.0, reach_of(V, F)):
-        alone = groups.halfedges[groups.starts[:-1][groups.sizes == 1]]
+    for near in (0.0, reach_of(V, groups.F)):
+        alone, flat = groups.border, groups.F.reshape(-1)
         if len(alone) == 0:
             break
-        a, b = F.reshape(-1)[alone], np.roll(F, -1, 1).reshape(-1)[alone]
+        a, b = flat[alone], flat[next_halfedges(alone)]
         border = np.unique([a, b])
         progress(near > 0, "Merging vertices")
         first, place = weld(V[border])
@@ -43,15 +42,14 @@ def weld_borders(V: np.ndarray, F: np.ndarray, groups: EdgeGroups,
             first = first[near_places(V[border[first]], least)]
         joined = np.arange(len(V), dtype=np.int32)
         joined[border] = border[first[place]]
-        joined = _apart_along_edges(F, joined)
+        joined = _apart_along_edges(groups.F, joined)
         count = int((joined != np.arange(len(V))).sum())
         if count:
             progress(0.5 + 0.5 * (near > 0), "Merging vertices")
-            trial = joined[F]
-            trial_groups = EdgeGroups.of(trial, len(V))
-            if borders_after_cut(V, trial, trial_groups) < len(alone):
-                F, groups, changed = trial, trial_groups, changed + count
-    return F, groups, changed
+            trial = groups.replaced(joined[groups.F])
+            if borders_after_cut(V, trial) < len(alone):
+                groups, changed = trial, changed + count
+    return groups, changed
 
 
 def reach_of(V: np.ndarray, F: np.ndarray) -> float:
@@ -82,12 +80,11 @@ def _apart_along_edges(F: np.ndarray, joined: np.ndarray) -> np.ndarray:
     return np.where(split, np.arange(len(joined)), joined).astype(np.int32)
 
 
-def borders_after_cut(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> int:
-    """Border edges of the manifold that faces F (m, 3) would be made."""
-    sizes = groups.sizes
-    if (sizes > 2).any() or disagree(F.reshape(-1), groups).any():
-        F = F[~duplicates(F)]
-        F, _, _ = orient(V, F, EdgeGroups.of(F, len(V)))
-        V, F, _, _ = cut(V, F, EdgeGroups.of(F, len(V)))
-        sizes = EdgeGroups.of(F, len(V)).sizes
-    return int((sizes == 1).sum())
+def borders_after_cut(V: np.ndarray, groups: EdgeGroups) -> int:
+    """Border edges of the manifold that the faces of `groups` would be made."""
+    if (groups.sizes > 2).any() or groups.disagree().any():
+        groups = EdgeGroups.of(groups.F[~duplicates(groups.F)], groups.n)
+        groups = groups.replaced(orient(V, groups)[0])
+        V, F, _, _ = cut(V, groups)
+        groups = EdgeGroups.of(F, len(V))
+    return len(groups.border)

@@ -1,13 +1,50 @@
-"""Faces without area inside a manifold: the edge that they fold over is flipped, so that no hole opens."""
+"""Faces without area: found, and mended so that no hole opens.
+
+Edges of zero length are collapsed in any triangles at all. What is flat after that, inside a manifold, has the edge that it
+folds over flipped.
+"""
 import numpy as np
 
+from ..geometry import next_halfedge, prev_halfedge
 from ..jit import compiled
+from ..mesh import next_halfedges
 from .edge_groups import EdgeGroups, vertex_parts
 
 FLAT = 1e-10  # twice the area over the squared longest edge, below which a face counts as having no area
+ROUNDS = 20  # over all faces, of flips at most
 
 
-ROUNDS = 20
+@compiled(allocates=True)
+def flatness(V, F):
+    """Twice the area over the squared longest edge of each face, (m,) float64; 0 for faces without extent."""
+    out = np.zeros(len(F))
+    for f in range(len(F)):
+        i, j, k = F[f, 0], F[f, 1], F[f, 2]
+        ax, ay, az = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
+        bx, by, bz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
+        x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+        longest = max(ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz,
+                      (ax - bx) ** 2 + (ay - by) ** 2 + (az - bz) ** 2)
+        if longest > 0:
+            out[f] = np.sqrt(x * x + y * y + z * z) / longest
+    return out
+
+
+def repeated_corners(F: np.ndarray) -> np.ndarray:
+    """(m,) bool: faces that name a vertex twice."""
+    return (F[:, 0] == F[:, 1]) | (F[:, 1] == F[:, 2]) | (F[:, 2] == F[:, 0])
+
+
+def collapse_zero_edges(V: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, int]:
+    """Faces with the ends of every edge of zero length made one vertex, and the number of vertices that went."""
+    F, flat, first = groups.F, groups.F.reshape(-1), groups.halfedges[groups.starts[:-1]]
+    start, end = flat[first], flat[next_halfedges(first)]
+    zero = (V[start, 0] == V[end, 0]) & (start != end)
+    zero[zero] = (V[start[zero]] == V[end[zero]]).all(1)
+    if not zero.any():
+        return F, 0
+    part = vertex_parts(len(V), start[zero], end[zero])
+    return part[F], int((part != np.arange(len(V))).sum())
 
 
 def remove_flat_faces(V: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, int, int]:
@@ -29,11 +66,13 @@ def remove_flat_faces(V: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, int, in
 
 @compiled
 def _square(V, i, j):
+    """The squared distance of vertices i and j."""
     return (V[i, 0] - V[j, 0]) ** 2 + (V[i, 1] - V[j, 1]) ** 2 + (V[i, 2] - V[j, 2]) ** 2
 
 
 @compiled
 def _is_flat(V, i, j, k):
+    """`flatness` of one face against FLAT; a face in one point is flat too."""
     ax, ay, az = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
     bx, by, bz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
     x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
@@ -47,15 +86,13 @@ def _joined(flat, opposite, h, v):
     for back in (False, True):
         at = h
         while True:
-            face = at - at % 3
-            following, before = face + (at + 1) % 3, face + (at + 2) % 3
-            if flat[following] == v or flat[before] == v:
+            if flat[next_halfedge(at)] == v or flat[prev_halfedge(at)] == v:
                 return True
-            side = at if back else before
+            side = at if back else prev_halfedge(at)
             other = opposite[side]
             if other == side:
-                break  # the border: walk the other way round
-            at = other - other % 3 + (other + 1) % 3 if back else other
+                break  # the border: go the other way round
+            at = next_halfedge(other) if back else other
             if at == h:
                 return False
     return False
@@ -63,6 +100,7 @@ def _joined(flat, opposite, h, v):
 
 @compiled
 def _count(V, flat, dropped):
+    """Flat faces that were not dropped."""
     flats = 0
     for f in range(len(dropped)):
         flats += (not dropped[f]) and _is_flat(V, flat[3 * f], flat[3 * f + 1], flat[3 * f + 2])
@@ -71,6 +109,7 @@ def _count(V, flat, dropped):
 
 @compiled(allocates=True)
 def _flip(V, flat, opposite):
+    """Flips in place; flat faces before, the faces (m,) bool that were dropped on the border, and flat faces after."""
     m = len(flat) // 3
     dropped = np.zeros(m, np.bool_)
     before = _count(V, flat, dropped)
@@ -86,7 +125,7 @@ def _flip(V, flat, opposite):
                     k, longest = i, length
             h = 3 * f + k
             o = opposite[h]
-            h1, h2 = 3 * f + (k + 1) % 3, 3 * f + (k + 2) % 3
+            h1, h2 = next_halfedge(h), prev_halfedge(h)
             if o == h:
                 dropped[f] = True
                 for e in (h1, h2):
@@ -95,7 +134,7 @@ def _flip(V, flat, opposite):
                 changed = True
                 continue
             g = o // 3
-            o1, o2 = 3 * g + (o + 1) % 3, 3 * g + (o + 2) % 3
+            o1, o2 = next_halfedge(o), prev_halfedge(o)
             a, b, c, d = flat[h], flat[h1], flat[h2], flat[o2]
             if c == d or _square(V, c, d) == 0 or _joined(flat, opposite, h2, d):
                 continue
@@ -121,36 +160,3 @@ def _flip(V, flat, opposite):
         if not changed:
             break
     return before, dropped, _count(V, flat, dropped)
-
-
-@compiled(allocates=True)
-def flatness(V, F):
-    """Twice the area over the squared longest edge of each face, (m,) float64; 0 for faces without extent."""
-    out = np.zeros(len(F))
-    for f in range(len(F)):
-        i, j, k = F[f, 0], F[f, 1], F[f, 2]
-        ax, ay, az = V[j, 0] - V[i, 0], V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
-        bx, by, bz = V[k, 0] - V[i, 0], V[k, 1] - V[i, 1], V[k, 2] - V[i, 2]
-        x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        longest = max(ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz,
-                      (ax - bx) ** 2 + (ay - by) ** 2 + (az - bz) ** 2)
-        if longest > 0:
-            out[f] = np.sqrt(x * x + y * y + z * z) / longest
-    return out
-
-
-def repeated_corners(F: np.ndarray) -> np.ndarray:
-    """(m,) bool: faces that name a vertex twice."""
-    return (F[:, 0] == F[:, 1]) | (F[:, 1] == F[:, 2]) | (F[:, 2] == F[:, 0])
-
-
-def collapse_zero_edges(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, int]:
-    """Faces with the ends of every edge of zero length made one vertex, and the number of vertices that went."""
-    start = F.reshape(-1)[groups.halfedges[groups.starts[:-1]]]
-    end = np.roll(F, -1, 1).reshape(-1)[groups.halfedges[groups.starts[:-1]]]
-    zero = (V[start, 0] == V[end, 0]) & (start != end)
-    zero[zero] = (V[start[zero]] == V[end[zero]]).all(1)
-    if not zero.any():
-        return F, 0
-    part = vertex_parts(len(V), start[zero], end[zero])
-    return part[F], int((part != np.arange(len(V))).sum())

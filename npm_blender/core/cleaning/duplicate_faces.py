@@ -20,11 +20,12 @@ def duplicates(F: np.ndarray) -> np.ndarray:
     return again
 
 
-def doubled_parts(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> np.ndarray:
+def doubled_parts(V: np.ndarray, groups: EdgeGroups) -> np.ndarray:
     """(m,) bool: faces of parts all of whose faces lie exactly on faces of earlier parts, whichever way they look.
 
     A part of a single face is left to the steps that join parts. Some face on every place is kept.
     """
+    F = groups.F
     _, place = weld(V)
     if place.max() + 1 == len(V):
         return np.zeros(len(F), bool)
@@ -39,7 +40,7 @@ def doubled_parts(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> np.ndarra
 def inner_walls(F: np.ndarray) -> np.ndarray:
     """(m,) bool: faces of walls between two solids, which both solids' sides of the wall have; all of them.
 
-    A wall is a patch of faces that the mesh has as often one way round as the other, and whose rim lies on a closed
+    A wall is a region of faces that the mesh has as often one way round as the other, and whose rim lies on a closed
     surface that goes on to both sides: without the wall that surface is whole. So the two sides of a card are no wall,
     nor is a shelf in an open box.
     """
@@ -48,7 +49,7 @@ def inner_walls(F: np.ndarray) -> np.ndarray:
     none = np.zeros(len(F), bool)
     if len(first) == len(F):
         return none
-    even = (F == keys).sum(1) != 1  # a turn of the ascending order, not a mirror image
+    even = (F == keys).sum(1) != 1  # the ascending order, from any corner on; not a mirror image
     net = np.bincount(same, np.where(even, 1, -1))
     candidate = (net == 0)
     if not candidate.any():
@@ -61,7 +62,7 @@ def inner_walls(F: np.ndarray) -> np.ndarray:
     edges = len(groups.sizes)
     walls = np.bincount(of_halfedge, candidate[face], edges).astype(np.int64)
     others = groups.sizes - walls
-    patch = _joined(face, of_halfedge, candidate, len(kept), edges)
+    region = _joined(face, of_halfedge, candidate, len(kept), edges)
     rest = _joined(face, of_halfedge, ~candidate, len(kept), edges)
     leaky = np.zeros(len(kept), bool)  # parts of the rest that are not closed without the walls
     leaky[rest[face[(others[of_halfedge] != 2) & ~candidate[face]]]] = True
@@ -70,9 +71,9 @@ def inner_walls(F: np.ndarray) -> np.ndarray:
     refused, rim = np.zeros(len(kept), bool), np.zeros(len(kept), bool)
     ours = candidate[face]
     bad = ((others > 0) & (others != 2)) | ((others == 0) & (walls < 2)) | touches
-    refused[patch[face[ours & bad[of_halfedge]]]] = True
-    rim[patch[face[ours & (others == 2)[of_halfedge]]]] = True
-    return (candidate & rim[patch] & ~refused[patch])[same]
+    refused[region[face[ours & bad[of_halfedge]]]] = True
+    rim[region[face[ours & (others == 2)[of_halfedge]]]] = True
+    return (candidate & rim[region] & ~refused[region])[same]
 
 
 def _joined(face: np.ndarray, of_halfedge: np.ndarray, which: np.ndarray, m: int, edges: int) -> np.ndarray:

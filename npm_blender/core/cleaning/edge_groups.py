@@ -1,7 +1,7 @@
 """Which half-edges share an edge, for any triangles at all: the checks and repairs of `clean` stand on this.
 
-Unlike `topology`, nothing is assumed to be a manifold. Half-edges are numbered as there: h = 3 f + k runs from corner
-k of face f; the corner at its start is h, the corner at its end is next(h).
+Nothing is assumed to be a manifold. Half-edges and corners are numbered as in `mesh.topology`: h = 3 f + k runs from corner k
+of face f; the corner at its start is h, the corner at its end is next(h).
 """
 from dataclasses import dataclass
 
@@ -13,24 +13,43 @@ from ..jit import compiled
 
 @dataclass(frozen=True)
 class EdgeGroups:
-    """The half-edges of faces F (m, 3), grouped by undirected edge.
+    """The half-edges of faces F (m, 3) over n vertices, grouped by undirected edge.
 
     halfedges: (3 m,) int32, sorted by (smaller vertex, larger vertex), then by number; starts: (e + 1,) int64, group i
     is halfedges[starts[i]:starts[i + 1]]. Faces that name a vertex twice have half-edges from a vertex to itself.
     """
 
+    F: np.ndarray
+    n: int
     halfedges: np.ndarray
     starts: np.ndarray
 
     @staticmethod
     def of(F: np.ndarray, n: int) -> "EdgeGroups":
         """The groups of faces F (m, 3) int32 over n vertices."""
-        return EdgeGroups(*_groups(np.ascontiguousarray(F, np.int32).reshape(-1), n))
+        return EdgeGroups(F, n, *_groups(np.ascontiguousarray(F, np.int32).reshape(-1), n))
+
+    def replaced(self, F: np.ndarray) -> "EdgeGroups":
+        """The groups of other faces over the same vertices; these ones where F is the very array that they are of."""
+        return self if F is self.F else EdgeGroups.of(F, self.n)
 
     @property
     def sizes(self) -> np.ndarray:
         """Number of half-edges of each edge, (e,) int64: 1 on the border, 2 inside, more where non-manifold."""
         return np.diff(self.starts)
+
+    @property
+    def border(self) -> np.ndarray:
+        """The half-edges of edges of one face, (b,) int32, by edge."""
+        return self.halfedges[self.starts[:-1][self.sizes == 1]]
+
+    def disagree(self) -> np.ndarray:
+        """(e,) bool: edges of two faces that run along it the same way."""
+        two, flat = self.sizes == 2, self.F.reshape(-1)
+        h = self.starts[:-1][two]
+        out = np.zeros(len(two), bool)
+        out[two] = flat[self.halfedges[h]] == flat[self.halfedges[h + 1]]
+        return out
 
 
 @compiled(allocates=True)

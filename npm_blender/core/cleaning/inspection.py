@@ -4,7 +4,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry import weld
-from ..mesh import TriMesh
+from ..mesh import TriMesh, next_halfedges
 from ..progress import Progress, no_progress
 from .degenerate_faces import FLAT, flatness, repeated_corners
 from .duplicate_faces import duplicates
@@ -20,6 +20,13 @@ class MeshReport:
     duplicate_faces: faces on the three vertices of an earlier one. nonmanifold_edges: edges of more than two faces.
     misoriented_edges: edges of two faces that disagree in direction. pinched_vertices: vertices where surfaces meet in
     a point only. components: parts connected across edges. border_edges, border_loops: of open borders.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.cleaning import inspect
+    >>> from npm_blender.core.mesh import TriMesh
+    >>> book = TriMesh.from_arrays(np.eye(5, 3), [[0, 1, 2], [1, 0, 3], [0, 1, 4]])  # three faces at one edge
+    >>> inspect(book).problems
+    ('1 edge of more than two faces',)
     """
 
     vertices: int
@@ -57,6 +64,13 @@ def inspect(mesh: TriMesh, progress: Progress = no_progress) -> MeshReport:
     """The report of any mesh, manifold or not.
 
     Raises MeshError if its arrays are no mesh (see TriMesh.from_arrays), and whatever `progress` raises.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.cleaning import inspect
+    >>> from npm_blender.core.mesh import TriMesh
+    >>> report = inspect(TriMesh.from_arrays(np.eye(4, 3), [[0, 1, 2], [0, 2, 2]]))
+    >>> report.unused_vertices, report.repeated_corner_faces, report.border_edges
+    (1, 1, 3)
     """
     what = "Checking the mesh"
     mesh = TriMesh.from_arrays(mesh.V, mesh.F)
@@ -73,7 +87,7 @@ def inspect(mesh: TriMesh, progress: Progress = no_progress) -> MeshReport:
     progress(0.5, what)
     sizes, first = groups.sizes, groups.halfedges[groups.starts[:-1]]
     flat = F.reshape(-1)
-    start, end = flat[first], np.roll(F, -1, 1).reshape(-1)[first]
+    start, end = flat[first], flat[next_halfedges(first)]
     second = groups.halfedges[np.minimum(groups.starts[:-1] + 1, max(F.size - 1, 0))]
     border = sizes == 1
     corners = corner_parts(flat, groups.halfedges, groups.starts)

@@ -1,7 +1,7 @@
-"""The single repairs that `clean` applies, each a function from arrays to arrays and the number of things it changed.
+"""Cuts where a surface is no manifold: edges of more than two faces, of two that disagree, vertices of several fans.
 
-All keep the vertices they are given and change only faces, except `cut`, which appends copies of vertices; unused
-vertices are dropped once, at the end, by `compact`.
+No face goes and no vertex moves: faces come apart, and get copies of the vertices that they shared (Gueziec et al. 2001, with
+our pairing of the faces at an edge).
 """
 import numpy as np
 
@@ -10,13 +10,13 @@ from ..jit import compiled
 from .edge_groups import EdgeGroups, join_corners
 
 
-def cut(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, np.ndarray, int, int]:
-    """An oriented edge- and vertex-manifold with the same faces: V and F, edges opened, vertices copied.
+def cut(V: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, np.ndarray, int, int]:
+    """An oriented edge- and vertex-manifold with the same faces: V with copies at its end, F, edges opened, vertices copied.
 
     Faces stay joined across edges of two faces that agree in direction. Where more meet, those that enclose solid are
     paired (each wedge of solid keeps its two faces) and the rest come apart. Every fan of corners gets its own vertex.
     """
-    flat = np.ascontiguousarray(F, np.int32).reshape(-1)
+    flat = np.ascontiguousarray(groups.F, np.int32).reshape(-1)
     apart = np.zeros(len(groups.starts) - 1, np.bool_)
     while True:
         pairs = _pairs(V, flat, groups.halfedges, groups.starts, apart)
@@ -32,19 +32,10 @@ def cut(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, n
         if apart[fresh].all():
             raise AssertionError("cut did not end in a manifold")  # excluded by the parity of fans; a bug if seen
         apart[fresh] = True
-    opened = int(((groups.sizes > 2) | disagree(flat, groups)).sum())
+    opened = int(((groups.sizes > 2) | groups.disagree()).sum())
     if len(source):
         V = np.concatenate([V, V[source]])
     return V, new.reshape(-1, 3), opened, len(source)
-
-
-def disagree(flat: np.ndarray, groups: EdgeGroups) -> np.ndarray:
-    """(e,) bool: edges of two faces that run along it the same way."""
-    two = groups.sizes == 2
-    h = groups.starts[:-1][two]
-    out = np.zeros(len(two), bool)
-    out[two] = flat[groups.halfedges[h]] == flat[groups.halfedges[h + 1]]
-    return out
 
 
 @compiled(allocates=True)
@@ -75,7 +66,7 @@ def _pairs(V, flat, halfedges, starts, apart):
                 up[1] = axis[2] * across[0] - axis[0] * across[2]
                 up[2] = axis[0] * across[1] - axis[1] * across[0]
             angle[i] = np.arctan2((r * up).sum(), (r * across).sum())
-        # turning round the edge, solid lies between a face that runs down the edge and the next one that runs up
+        # going round the edge, solid lies between a face that runs down the edge and the next one that runs up
         by_angle = group[np.argsort(angle, kind="mergesort")]
         for i in range(k):
             h, j = by_angle[i], by_angle[(i + 1) % k]
@@ -120,4 +111,3 @@ def _bad_halfedges(flat, halfedges, starts):
         if k > 2 or (k == 2 and flat[halfedges[starts[g]]] == flat[halfedges[starts[g] + 1]]):
             bad[halfedges[starts[g]:starts[g + 1]]] = True
     return bad
-

@@ -1,4 +1,4 @@
-"""Faces turned so that neighbours agree, closed parts outward; where a surface is one-sided, a short cut is chosen."""
+"""Faces flipped so that neighbours agree, closed parts outward; where a surface is one-sided, a short cut is chosen."""
 import numpy as np
 
 from ..geometry import BVH_STACK, build_bvh
@@ -19,18 +19,18 @@ def _volumes(V, F, x, y, z):
     return out
 
 
-def orient(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, int, int]:
-    """Faces turned so that neighbours agree; faces turned one by one, and faces of closed parts turned outward.
+def orient(V: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray, int, int]:
+    """Faces flipped so that neighbours agree; faces flipped one by one, and faces of closed parts flipped outward.
 
     Parts are joined across edges of exactly two faces. An inconsistent part takes the outward side where it is closed
-    and its majority's side where it is open. A consistent closed part that is inside out is turned too, unless it is
+    and its majority's side where it is open. A consistent closed part that is inside out is flipped too, unless it is
     a cavity, that is, its box lies in that of another closed part. A one-sided part keeps edges where its faces
-    disagree, along a line that no turning of a single face shortens; `cut` opens those.
+    disagree, along a line that no flip of a single face shortens; `cut` opens those.
     """
-    flat = F.reshape(-1)
-    part, turned, conflict = _parities(flat, groups.halfedges, groups.starts, len(F))
+    F, flat = groups.F, groups.F.reshape(-1)
+    part, flipped, conflict = _parities(flat, groups.halfedges, groups.starts, len(F))
     if conflict.any():
-        _straighten(flat, groups.halfedges, groups.starts, turned, conflict)
+        _straighten(flat, groups.halfedges, groups.starts, flipped, conflict)
     ids, part = np.unique(part, return_inverse=True)
     part = part.reshape(-1)
     volume = _volumes(V, F, *((V.min(0) + V.max(0)) / 2))
@@ -38,12 +38,12 @@ def orient(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray
     of_halfedge = np.repeat(open_edge, groups.sizes)
     opened = np.zeros(len(ids), bool)
     opened[part[groups.halfedges[of_halfedge] // 3]] = True
-    faces, minority = np.bincount(part), np.bincount(part, turned)
-    signed = np.bincount(part, np.where(turned, -volume, volume))
+    faces, minority = np.bincount(part), np.bincount(part, flipped)
+    signed = np.bincount(part, np.where(flipped, -volume, volume))
     mixed = minority > 0
     swap = mixed & np.where(opened, minority > faces / 2, signed < 0)
-    turned ^= swap[part]
-    singly = int(turned.sum())
+    flipped ^= swap[part]
+    singly = int(flipped.sum())
     closed = np.flatnonzero(~opened)
     signed = np.where(swap, -signed, signed)
     outward = np.zeros(len(ids), bool)
@@ -57,9 +57,9 @@ def orient(V: np.ndarray, F: np.ndarray, groups: EdgeGroups) -> tuple[np.ndarray
         boxes = np.concatenate([low, high], 1)
         inside_out = closed[signed[closed] < 0]
         outward[inside_out] ^= ~_inside(boxes[inside_out], boxes[closed[signed[closed] > 0]])
-        turned = turned ^ outward[part]
-    if turned.any():
-        F = np.where(turned[:, None], F[:, ::-1], F)
+        flipped = flipped ^ outward[part]
+    if flipped.any():
+        F = np.where(flipped[:, None], F[:, ::-1], F)
     return F, singly, int(outward[part].sum())
 
 
@@ -97,10 +97,10 @@ def _stab(boxes, of, nodes, links):
 
 
 @compiled(allocates=True)
-def _straighten(flat, halfedges, starts, turned, conflict):
-    """Turn faces most of whose edges are in conflict until there are none; changes turned (m,) and conflict (e,).
+def _straighten(flat, halfedges, starts, flipped, conflict):
+    """Flip faces most of whose edges are in conflict until there are none; changes flipped (m,) and conflict (e,).
 
-    Every turn leaves fewer edges in conflict, so it ends.
+    Every flip leaves fewer edges in conflict, so it ends.
     """
     edge = np.zeros(len(flat), np.int64)
     for g in range(len(starts) - 1):
@@ -121,7 +121,7 @@ def _straighten(flat, halfedges, starts, turned, conflict):
                 fine += not conflict[g]
         if bad <= fine:
             continue
-        turned[f] = not turned[f]
+        flipped[f] = not flipped[f]
         for h in range(3 * f, 3 * f + 3):
             g = edge[h]
             if starts[g + 1] - starts[g] == 2:
@@ -132,7 +132,7 @@ def _straighten(flat, halfedges, starts, turned, conflict):
 
 @compiled(allocates=True)
 def _parities(flat, halfedges, starts, m):
-    """Part of each face, whether it is turned against its part's first face, and edges where that is contradictory."""
+    """Part of each face, whether it is flipped against its part's first face, and edges where that is contradictory."""
     parent, parity = np.arange(m).astype(np.int32), np.zeros(m, np.uint8)  # parity: against the parent
     conflict = np.zeros(len(starts) - 1, np.bool_)
     for g in range(len(starts) - 1):
@@ -147,12 +147,12 @@ def _parities(flat, halfedges, starts, m):
         else:
             low, high = min(i, j), max(i, j)
             parent[high], parity[high] = low, p ^ q ^ differ
-    turned = np.zeros(m, np.bool_)
+    flipped = np.zeros(m, np.bool_)
     for f in range(m):
         root, p = _root(parent, parity, f)
-        turned[f] = p == 1
+        flipped[f] = p == 1
         parent[f], parity[f] = root, p
-    return parent, turned, conflict
+    return parent, flipped, conflict
 
 
 @compiled

@@ -4,6 +4,7 @@ import numpy as np
 
 from ..geometry import BVH_STACK, build_bvh
 from ..jit import compiled
+from ..mesh import next_halfedges, prev_halfedges
 from ..progress import Progress, no_progress
 from .border_welding import borders_after_cut, reach_of
 from .edge_groups import EdgeGroups
@@ -13,9 +14,23 @@ SLICE = 2000  # vertices between two calls of `progress`
 WORK = 64  # box and distance tests for each border edge, at most; more are needed where hundreds lie on each other
 
 
-def split_at_junctions(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float,
-                       progress: Progress = no_progress) -> tuple[np.ndarray, int]:
-    """Faces (m', 3) with border edges split at the border vertices on them, and the number of splits.
+def close_t_junctions(V: np.ndarray, groups: EdgeGroups, progress: Progress = no_progress) -> tuple[EdgeGroups, int]:
+    """The edges of faces whose border edges were split where border vertices lie on them, and the number of splits.
+
+    Only where fewer border edges are left once the result is cut into a manifold again.
+    """
+    borders = len(groups.border)
+    if borders == 0:
+        return groups, 0
+    trial, splits = split_at_junctions(V, groups, reach_of(V, groups.F), progress)
+    if splits and borders_after_cut(V, trial) < borders:
+        return trial, splits
+    return groups, 0
+
+
+def split_at_junctions(V: np.ndarray, groups: EdgeGroups, near: float,
+                       progress: Progress = no_progress) -> tuple[EdgeGroups, int]:
+    """The edges of faces with border edges split at the border vertices on them, and the number of splits.
 
     near: how far a vertex may be from an edge, in units of V; a hundredth of the edge and a tenth of the vertex's
     shortest border edge also bound it. An edge is split only where a piece of it then meets a border edge of another
@@ -23,18 +38,17 @@ def split_at_junctions(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: f
     """
     total = 0
     for _ in range(ROUNDS):
-        F, splits = _split_once(V, F, groups, near, progress)
+        F, splits = _split_once(V, groups, near, progress)
+        groups, total = groups.replaced(F), total + splits
         if splits == 0:
             break
-        total += splits
-        groups = EdgeGroups.of(F, len(V))
-    return F, total
+    return groups, total
 
 
-def _split_once(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float,
-                progress: Progress) -> tuple[np.ndarray, int]:
-    alone = groups.halfedges[groups.starts[:-1][groups.sizes == 1]]
-    a, b = F.reshape(-1)[alone], np.roll(F, -1, 1).reshape(-1)[alone]
+def _split_once(V: np.ndarray, groups: EdgeGroups, near: float, progress: Progress) -> tuple[np.ndarray, int]:
+    """One border edge of each face split: faces (m', 3), or the very array that they were, and the number of splits."""
+    F, alone, flat = groups.F, groups.border, groups.F.reshape(-1)
+    a, b = flat[alone], flat[next_halfedges(alone)]
     length = np.linalg.norm(V[b] - V[a], axis=1)
     if len(alone) < 3 or not length.max() > 0:
         return F, 0
@@ -51,9 +65,9 @@ def _split_once(V: np.ndarray, F: np.ndarray, groups: EdgeGroups, near: float,
         found.append(_on_edges(V, some, np.minimum(near, 0.1 * shortest[some]), low, high, tolerance, nodes, links, work))
     edge, point, along = (np.concatenate(column) for column in zip(*found, strict=True))
     edge = order[edge]
-    third = F[alone // 3, (alone % 3 + 2) % 3]
-    own = third[edge] == point  # a face without area; `remove_flat_faces` sees to it
-    edge, point, along = edge[~own], point[~own], along[~own]
+    third = flat[prev_halfedges(alone)]
+    degenerate = third[edge] == point  # a face without area; `remove_flat_faces` sees to it
+    edge, point, along = edge[~degenerate], point[~degenerate], along[~degenerate]
     if len(edge) == 0:
         return F, 0
     rank = np.lexsort((point, along, edge))
@@ -131,20 +145,3 @@ def _on_edges(V, points, reach, a, b, tolerance, nodes, links, budget):
     for i in range(len(edges)):
         out[0][i], out[1][i], out[2][i] = edges[i], found[i], along[i]
     return out
-
-
-def stitch(V: np.ndarray, F: np.ndarray, groups: EdgeGroups,
-           progress: Progress = no_progress) -> tuple[np.ndarray, EdgeGroups, int]:
-    """Faces with border edges split where border vertices lie on them, their edges, and the number of splits.
-
-    Only where fewer border edges are left once the result is cut into a manifold again.
-    """
-    borders = int((groups.sizes == 1).sum())
-    if borders == 0:
-        return F, groups, 0
-    trial, splits = split_at_junctions(V, F, groups, reach_of(V, F), progress)
-    if splits:
-        trial_groups = EdgeGroups.of(trial, len(V))
-        if borders_after_cut(V, trial, trial_groups) < borders:
-            return trial, trial_groups, splits
-    return F, groups, 0

@@ -47,9 +47,10 @@ def remesh(V: np.ndarray, F: np.ndarray, progress: Progress = no_progress,
     V, F = np.ascontiguousarray(V, np.float64), np.ascontiguousarray(F, np.int32)
     folder = result_cache.user_cache() / "tetwild"
     key = result_cache.digest(importlib.metadata.version("pytetwild"), PROGRAM, repr(ENVELOPE), V, F)
-    kept = _checked(result_cache.load(folder, key))
-    if kept:
-        return *kept, True
+    kept = result_cache.load(folder, key)
+    mesh = _checked(kept) if kept else None
+    if mesh:
+        return mesh.V, mesh.F, True
     with tempfile.TemporaryDirectory(prefix="npm-tetwild-") as work:
         np.save(Path(work, "V.npy"), V)
         np.save(Path(work, "F.npy"), F)
@@ -64,13 +65,12 @@ def remesh(V: np.ndarray, F: np.ndarray, progress: Progress = no_progress,
     return P, F, False
 
 
-def _checked(arrays: dict[str, np.ndarray] | None) -> tuple[np.ndarray, np.ndarray] | None:
-    """V and F of a cache entry if it holds a mesh."""
+def _checked(arrays: dict[str, np.ndarray]) -> TriMesh | None:
+    """The mesh of a cache entry, if it holds one."""
     try:
-        mesh = TriMesh.from_arrays(arrays["V"], arrays["F"])
-    except (TypeError, KeyError, MeshError):
+        return TriMesh.from_arrays(arrays["V"], arrays["F"])
+    except (KeyError, MeshError):
         return None
-    return mesh.V, mesh.F
 
 
 def _run(folder: str, progress: Progress, limit: float) -> None:

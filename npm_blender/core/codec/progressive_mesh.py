@@ -1,11 +1,12 @@
 """The receiver: an opened `.npmesh` stream that decodes any number of its features to any of its levels."""
 
 from collections import OrderedDict
+from os import PathLike
 
 import numpy as np
 
 from ..bitstream import ParsedStream
-from ..errors import SettingsError, WeightsError
+from ..errors import SettingsError, StreamError, WeightsError
 from ..mesh import TriMesh, UnitFrame, hierarchy
 from ..network import EDGES, FEATURES, NUMPY, MeshIndex, Step, handed_down, load_weights, predict
 
@@ -14,7 +15,19 @@ CACHED = 32  # decodes kept; a slider that goes back finds its meshes at once
 
 class ProgressiveMesh:
     """A stream as far as it has arrived. Connectivity is built once; positions of recent decodes are kept, and of each
-    level's step what the network said last: another number of features changes the levels that it changes."""
+    level's step what the network said last: another number of features changes only the levels that see those features.
+
+    Made by `open_stream` and `StoredStream.open` (the receiver of the paper's section 3). features: that arrived;
+    total_features: of the whole stream; levels: the finest; base_bytes, total_bytes: of the shortest prefix, and of this one.
+
+    >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
+    >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    >>> settings = CompressSettings(LodSettings(base_faces=4, levels=1), refine_steps=0)
+    >>> data = compress(TriMesh.from_arrays(V, F), settings, progress=lambda fraction, message: None).data
+    >>> mesh = open_stream(data)
+    >>> [mesh.faces_at(level) for level in (0, 1)], mesh.bytes_for(0) == mesh.base_bytes
+    ([4, 16], True)
+    """
 
     def __init__(self, stream: ParsedStream, size: int) -> None:
         """stream: what `read_stream` returned for `size` bytes. Raises WeightsError if its weights are not here."""
@@ -127,22 +140,41 @@ class ProgressiveMesh:
 
     def _checked_level(self, level: int | None) -> int:
         level = self.levels if level is None else level
+        _check_whole("level", level)
         if not 0 <= level <= self.levels:
             raise SettingsError(f"Expected a level from 0 to {self.levels}, found {level}")
         return level
 
     def _checked_features(self, features: int | None) -> int:
         features = self.features if features is None else features
+        _check_whole("features", features)
         if not 0 <= features <= self.features:
             raise SettingsError(f"Expected 0 to {self.features} features, found {features}")
         return features
 
 
+def _check_whole(name: str, value: object) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        raise SettingsError(f"Expected {name} to be a whole number, found {value!r}; call decode({name}=2), say")
+
+
 def open_stream(data: bytes) -> ProgressiveMesh:
     """Open the bytes of an `.npmesh` file, or any prefix of them past the base mesh.
 
-    Raises StreamError (foreign, newer, corrupted, or cut before the end of the base mesh), WeightsError.
+    Raises StreamError (no bytes, foreign, newer, corrupted, or cut before the end of the base mesh), WeightsError.
+
+    >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
+    >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    >>> settings = CompressSettings(LodSettings(base_faces=4, levels=1), refine_steps=0)
+    >>> data = compress(TriMesh.from_arrays(V, F), settings, progress=lambda fraction, message: None).data
+    >>> whole = open_stream(data)
+    >>> cut = open_stream(data[:whole.base_bytes])  # what has arrived after the base mesh
+    >>> cut.features, cut.truncated, len(cut.decode(level=0).F)
+    (0, True, 4)
     """
+    if not isinstance(data, bytes | bytearray | memoryview):
+        kind = "a path" if isinstance(data, str | PathLike) else f"a {type(data).__name__}"
+        raise StreamError(f"Expected the bytes of a stream, found {kind}; call open_stream(Path(name).read_bytes())")
     from ..bitstream import read_stream  # only here: this import loads or compiles the entropy decoder
 
     return ProgressiveMesh(read_stream(data), len(data))

@@ -10,10 +10,14 @@ LEAST_STEP = 2e-5  # of offsets of level 0, unit frame
 
 
 def step_scale(error: float) -> float:
-    """Scale of everything that touches latents, 0.1 to 1, from a mesh's error without features (unit frame)."""
+    """Scale of everything that touches latents, from a mesh's error without features (unit frame): error / LATENT_ERROR,
+    within 0.1 and 1."""
     return float(np.clip(error / LATENT_ERROR, 0.1, 1))
 
 
 def latent_steps(levels: int, scale: float = 1.0) -> np.ndarray:
-    """Quantization step of the latents of each level, (levels,) float32: finer where a latent moves more surface."""
+    """Quantization step of the latents of each level i, (levels,) float32: finer where a latent moves more surface.
+
+    scale * LATENT_STEP * max(0.5, 0.7^(2 - i)), and scale * LATENT_STEP from level 2 on.
+    """
     return np.array([scale * LATENT_STEP * max(0.5, 0.7 ** max(2 - i, 0)) for i in range(levels)], dtype=np.float32)

@@ -16,12 +16,24 @@ LEVELS = LodSettings.levels  # at most
 
 
 def base_faces_for(budget: int) -> int:
-    """Faces of the base mesh that shows most in a stream of `budget` bytes."""
+    """Faces of the base mesh that shows most in a stream of `budget` bytes: FACES (budget - HEAD), within bounds (ours).
+
+    >>> from npm_blender.core.codec import base_faces_for
+    >>> [base_faces_for(budget) for budget in (300, 4000, 10**6)]
+    [94, 1833, 40000]
+    """
     return min(max(round(FACES * (budget - HEAD)), FEWEST), MOST)
 
 
 def level_count_for(faces: int) -> int:
-    """Levels above a base of so many faces: LEVELS, or fewer, at least one, where the finest would have over FINEST faces."""
+    """Levels above a base of so many faces: LEVELS, or fewer, at least one, where the finest would have over FINEST faces.
+
+    The finest has faces * 4^levels.
+
+    >>> from npm_blender.core.codec import level_count_for
+    >>> [level_count_for(faces) for faces in (400, 2000, 10_000)]
+    [3, 2, 1]
+    """
     return next((count for count in range(LEVELS, 1, -1) if faces * 4**count <= FINEST), 1)
 
 

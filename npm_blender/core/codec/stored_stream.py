@@ -15,7 +15,7 @@ from ..bitstream import Header, ParsedStream
 from ..errors import StreamError
 from .progressive_mesh import ProgressiveMesh
 
-_FEATURE_ARRAYS = {"level": "group", "face": "face", "value": "value"}  # names in the file: names in `ParsedStream`
+_FEATURE_ARRAYS = ("group", "face", "value")  # of `ParsedStream`, by the same names in the file
 # what a damaged zip file, and arrays other than those of `pack`, can raise
 _DAMAGE = (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError, EOFError, RuntimeError, MemoryError,
            StreamError, zipfile.BadZipFile, zlib.error)
@@ -24,7 +24,17 @@ _DAMAGE = (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError,
 @dataclass(frozen=True)
 class StoredStream:
     """data: an `.npmesh` stream or a prefix of one; arrays: the `ParsedStream` read from it, see `pack`; measured: text of its
-    `quality.PrefixErrors`, empty where the original is not at hand."""
+    `evaluation.PrefixErrors`, empty where the original is not at hand.
+
+    >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress
+    >>> from npm_blender.core.codec import StoredStream, receive
+    >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    >>> settings = CompressSettings(LodSettings(base_faces=4, levels=1), refine_steps=0)
+    >>> read = receive(compress(TriMesh.from_arrays(V, F), settings, progress=lambda fraction, message: None).data)
+    >>> len(StoredStream(read.data, read.arrays).open().decode(level=0).F)
+    4
+    """
+
 
     data: bytes
     arrays: bytes
@@ -36,7 +46,16 @@ class StoredStream:
 
 
 def receive(data: bytes) -> StoredStream:
-    """Read a stream, or any prefix of one past its base mesh. Raises StreamError as `read_stream` does."""
+    """Read a stream, or any prefix of one past its base mesh. Raises StreamError as `read_stream` does.
+
+    >>> from npm_blender.core import StreamError
+    >>> from npm_blender.core.codec import receive
+    >>> try:
+    ...     receive(b"PK..")
+    ... except StreamError as error:
+    ...     print(error)
+    Expected an .npmesh stream, found b'PK..' at its start; this is another kind of file
+    """
     from ..bitstream import read_stream  # only here: this import loads or compiles the entropy decoder
 
     return StoredStream(data, pack(read_stream(data)))
@@ -48,7 +67,7 @@ def pack(stream: ParsedStream) -> bytes:
     facts = {"header": header, "base_bytes": stream.base_bytes, "truncated": stream.truncated,
              "corrupt": stream.corrupt}
     grid = np.rint(stream.V0 * 2.0**stream.header.position_bits).astype(np.int64)
-    arrays = {"grid": grid, "F0": stream.F0, **{name: getattr(stream, own) for name, own in _FEATURE_ARRAYS.items()},
+    arrays = {"grid": grid, "F0": stream.F0, **{name: getattr(stream, name) for name in _FEATURE_ARRAYS},
               "ends": np.stack(stream.packet_ends)}
     file = io.BytesIO()
     np.savez_compressed(file, facts=np.array(json.dumps(facts)), **{k: _narrow(a) for k, a in arrays.items()})
@@ -63,7 +82,7 @@ def unpack(arrays: bytes) -> ParsedStream:
             fields = facts.pop("header")
             header = Header(**{**fields, "weights_hash": bytes.fromhex(fields["weights_hash"])})
             grid, F0, ends = z["grid"].astype(np.int64), z["F0"].astype(np.int32), z["ends"].astype(np.int64)
-            group, face, value = z["level"].astype(np.uint8), z["face"].astype(np.int32), z["value"].astype(np.int32)
+            group, face, value = z["group"].astype(np.uint8), z["face"].astype(np.int32), z["value"].astype(np.int32)
         stream = ParsedStream(header, grid * 2.0**-header.position_bits, F0, group, face, value, (ends[0], ends[1]), **facts)
     except _DAMAGE as error:
         raise StreamError(f"Expected a stream that was read before, found damaged arrays ({error}); "

@@ -1,8 +1,10 @@
 """Edge collapses by quadric error, topology kept."""
-from .collapse_loop import needs_compiling, shape_holds
+from .admissibility import shape_holds
+from .collapse_loop import needs_compiling
 from .decimator import half_edges_with_quadrics
+from .edge_collapse import collapse_edge, gather_stencil, link_condition_holds
 from .edge_heap import DEAD, REJECTED, heapify_edges, put_edge, take_edge
-from .halfedge_mesh import collapse_edge, connect_halfedges, gather_stencil, is_border, link_condition_holds
+from .halfedge_mesh import connect_halfedges, is_border
 from .qem import Decimation, decimate
 from .quadric import best_point, edge_costs
 

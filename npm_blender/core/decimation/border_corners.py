@@ -3,7 +3,7 @@
 A base edge on the border becomes SEGMENTS edges of the finest level, and a polyline of so many follows a loop only where
 it has few corners. So the vertices that a border loop cannot do without are marked before decimation, every border edge
 counts those that have vanished into it, and a collapse that would put too many into one edge is refused (see
-`collapses`). Where the faces asked for cannot be reached like this, more are allowed.
+`collapse_loop`). Where the faces asked for cannot be reached like this, more are allowed.
 """
 from typing import NamedTuple
 
@@ -18,16 +18,18 @@ SEGMENTS = 8  # edges of the finest level along a base edge, at three levels
 LOSS = 0.005  # share of a loop's length that its unmarked vertices make up together
 SHARE = 0.42  # of the base's faces: border edges that the corners may ask for; a quarter left lattices 5 % short
 SLACK = 1.25  # least factor by which the allowed number grows
+ALLOWED, REFUSED = range(2)  # entries of `Corners.limits`
 
 
 class Corners(NamedTuple):
     """at (n,) int32: the corner of its border loop that a vertex is, by the number that it had at first, or -1; count (e,)
     int32: corners that have vanished into a border edge; first (e,) int32: one of them, next (n,) int32: another one of the
-    same edge, or -1; share (n,) float64: where the map has them on it, 0 at its start to 1; limits (2,): how many there may
-    be, and the least number, over the collapses refused since the last time more were allowed, that would have let one pass.
+    same edge, or -1; share (n,) float64: where the map has them on it, 0 at its start to 1; limits (2,): how many are ALLOWED
+    on an edge, and the least number, over the collapses REFUSED since the last time more were allowed, that would have let one
+    pass.
 
     met (k,) int32 and place (k,) float64, at least as long as there are corners: those that a collapse meets, and where on
-    the line through its patch (see `flatten_jointly`: 0 at i, 1 at j), met_count (1,): how many; work space.
+    the line through its stencil (see `flatten_jointly`: 0 at i, 1 at j), met_count (1,): how many; work space.
     """
 
     at: np.ndarray
@@ -41,14 +43,14 @@ class Corners(NamedTuple):
     met_count: np.ndarray
 
     @staticmethod
-    def of(half: HalfedgeMesh, base_faces: int) -> "Corners":
+    def of(halfedges: HalfedgeMesh, base_faces: int) -> "Corners":
         """The corners of a mesh not decimated yet, and how many an edge may take so that base_faces suffice for them."""
-        marked = np.zeros(len(half.X), bool)
-        border = np.flatnonzero(half.opposite == np.arange(len(half.opposite)))
+        marked = np.zeros(len(halfedges.X), bool)
+        border = np.flatnonzero(halfedges.opposite == np.arange(len(halfedges.opposite)))
         if len(border):
-            _mark(half.X, half.corner, half.out, border, LOSS, marked)
+            _mark(halfedges.X, halfedges.corner, halfedges.out, border, LOSS, marked)
         most = max(SEGMENTS - 1.0, marked.sum() / max(SHARE * base_faces, 1.0))
-        n, edges, room = len(marked), len(half.start) if len(border) else 0, int(marked.sum())
+        n, edges, room = len(marked), len(halfedges.start) if len(border) else 0, int(marked.sum())
         at = np.where(marked, np.arange(n), -1).astype(np.int32)
         return Corners(at, np.zeros(edges, np.int32), np.full(edges, -1, np.int32), np.full(n, -1, np.int32), np.zeros(n),
                        np.array([most, np.inf]), np.empty(room, np.int32), np.empty(room), np.zeros(1, np.int64))

@@ -1,4 +1,7 @@
 """How few faces a surface can have: what no decimation that keeps the topology gets below, and what shows its handles."""
+from dataclasses import dataclass
+from enum import Enum, auto
+
 import numpy as np
 
 from ..mesh import component_labels, directed_edges, opposite_halfedges, topology_of
@@ -7,11 +10,41 @@ from ..settings import AUTO
 HANDLE = 24  # faces of a base for each handle of the surface: with the least, about 10, its faces span tubes (docs/lod.md)
 
 
+class Cause(Enum):
+    """What keeps the number of faces of a base from being the one asked for."""
+
+    NONE = auto()
+    SMALL_INPUT = auto()  # the input has fewer
+    EVEN = auto()  # a closed mesh has an even number
+    SINGLE_FACE = auto()  # no collapse removes just one face
+    NO_COLLAPSE = auto()  # none is left that keeps topology and shape
+    PARTS = auto()  # its components, or the handles and borders of its one component, need more
+    HANDLES = auto()  # its handles need more
+
+
+@dataclass(frozen=True)
+class FaceAdvice:
+    """Why a base has more faces than asked for, or fewer, and with how many faces it would show its parts and handles.
+
+    faces: with how many to decimate again, 0 where the base is to be left; needed: the faces that PARTS or HANDLES need at
+    least; parts: components of the surface (with PARTS); handles: of all of them, and recognizable: the faces that they
+    get to be recognizable, or 0 (with HANDLES).
+    """
+
+    faces: int = 0
+    cause: Cause = Cause.NONE
+    needed: int = 0
+    parts: int = 0
+    handles: int = 0
+    recognizable: int = 0
+
+
 def least_faces(F: np.ndarray) -> tuple[int, int]:
     """Components of an oriented manifold F (m, 3), and a number of faces that all of them together cannot go below.
 
     A sphere needs 4 faces, a disk 1, a tube 6, a closed surface of genus g at least those of its smallest
-    triangulation (Jungerman and Ringel 1980; 14 for the torus). Raises MeshError if F is not an oriented edge-manifold.
+    triangulation (Jungerman and Ringel 1980; 14 for the torus): n = ceil((7 + sqrt(1 + 48 g)) / 2) vertices, one more for
+    g = 2, and 2 n - 4 + 4 g faces. Raises MeshError if F is not an oriented edge-manifold.
     """
     opposite = opposite_halfedges(F)
     h = np.arange(F.size)
@@ -35,38 +68,28 @@ def least_faces(F: np.ndarray) -> tuple[int, int]:
     return count, int(np.where(holes > 0, opened, closed).sum())
 
 
-def too_many_parts(F: np.ndarray, base_faces: int) -> str:
-    """'', or one line where the parts of an oriented manifold F (m, 3) need more than the base_faces asked for."""
-    if len(F) <= base_faces or base_faces == AUTO:
-        return ""
-    parts, least = least_faces(F)
-    if least <= base_faces:
-        return ""
-    what = f"the {parts:,} separate parts of the mesh need" if parts > 1 else "the handles and borders of the mesh need"
-    return (f"{what} at least {least:,} base faces, more than the {base_faces:,} asked for; "
-            "ask for more, or join or delete small parts")
+def face_advice(F: np.ndarray, asked: int, most: int) -> FaceAdvice:
+    """Whether the parts or handles of a base F (m, 3), decimated to its least, need more faces than the number asked for.
 
-
-def roomier(F: np.ndarray, base_faces: int, most: int) -> tuple[int, str]:
-    """With how many faces to decimate again, where the base F (m, 3) is pressed to its least, and one line that says why.
-
-    base_faces: what was asked for. Where the parts need more, the large ones get half as many as asked for on top; where
-    handles keep it from being reached, each gets HANDLE faces, up to `most` in all. A number that was reached stays. AUTO:
-    HANDLE faces a handle at least, without a line. (0, '') where F is to be left, (0, line) where there is no more room.
+    Where the parts need more, the large ones are to get half as many as asked for on top; where handles keep that number from
+    being reached, each is to get HANDLE faces, up to `most` in all. A number that was reached stays. AUTO: HANDLE faces
+    a handle at least, without a cause. faces is 0 where there is no more room.
     """
-    if len(F) <= base_faces:
-        return 0, ""
+    if len(F) <= asked:
+        return FaceAdvice()
     topology = topology_of(F)
-    holes = int(topology.genus)
-    wanted = HANDLE * holes + 4 * (topology.components - 1) if holes else 0
-    faces = min(wanted, most)
-    if base_faces == AUTO:
-        return (faces if faces > len(F) else 0), ""
-    why = too_many_parts(F, base_faces)
-    parts = least_faces(F)[1] + base_faces // 2 if why else 0
-    if wanted >= max(parts, len(F)):
-        got = f" and got {faces:,} to be recognizable" if faces > len(F) else ""
-        why = (f"the handles of the mesh (holes through it: {holes:,}) need at least {len(F):,} base faces{got}; "
-               f"ask for {len(F):,} or more, or close holes")
-    faces = max(faces, parts)
-    return (faces if faces > len(F) else 0), why
+    handles = int(topology.genus)
+    wanted = HANDLE * handles + 4 * (topology.components - 1) if handles else 0
+    for_handles = min(wanted, most)
+    if asked == AUTO:
+        return FaceAdvice(faces=for_handles if for_handles > len(F) else 0)
+    parts, least = least_faces(F)
+    for_parts = least + asked // 2 if least > asked else 0
+    faces = max(for_handles, for_parts)
+    faces = faces if faces > len(F) else 0
+    if wanted >= max(for_parts, len(F)):
+        recognizable = for_handles if for_handles > len(F) else 0
+        return FaceAdvice(faces, Cause.HANDLES, needed=len(F), handles=handles, recognizable=recognizable)
+    if least > asked:
+        return FaceAdvice(faces, Cause.PARTS, needed=least, parts=parts)
+    return FaceAdvice(faces)

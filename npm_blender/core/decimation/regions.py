@@ -16,8 +16,9 @@ from ..mesh import radix_argsort, spatial_boxes
 from ..parallel import each
 from ..parameterization import CollapseRecord
 from ..progress import Progress
-from .collapse_loop import MORE, Scratch, Tests
-from .decimator import Decimator
+from .admissibility import TestColumns
+from .collapse_loop import FACES_LEFT, MORE, RANDOM, Limits, Scratch
+from .decimator import Decimator, fresh_counts
 from .edge_heap import DEAD, LOCKED
 
 LEFT = 4  # times the base's faces are left in a region
@@ -68,34 +69,32 @@ def _assign(m, label, place, region, edges, faces, deep):
 
 
 def decimate_regions(work: Decimator, base_faces: int, dear: float, progress: Progress, message: str) -> None:
-    """Collapse edges inside of boxes, and note them in the history of the work.
+    """Collapse edges inside of boxes, and append them to the record of the work.
 
-    Only edges that pass the first tests, at a price of at most `dear`. Raises what `progress` does.
+    Only edges that pass the first test, at a price of at most `dear`. Raises what `progress` does.
     """
-    half, queue, counts = work.half, work.queue, work.counts
+    mesh, queue, counts = work.mesh, work.queue, work.counts
     most, left = _size(base_faces)
-    living = np.flatnonzero(half.out >= 0)
-    label = np.full(len(half.out), -1, np.int32)
-    label[living] = spatial_boxes(half.X.take(living, 0), most // 2)
+    living = np.flatnonzero(mesh.out >= 0)
+    label = np.full(len(mesh.out), -1, np.int32)
+    label[living] = spatial_boxes(mesh.X.take(living, 0), most // 2)
     count = int(label.max()) + 1
     region, edges, faces = np.empty(len(queue.place), np.int32), np.zeros(count, np.int64), np.zeros(count, np.int64)
-    _assign(half, label, queue.place, region, edges, faces, np.ones(len(label), bool))
+    _assign(mesh, label, queue.place, region, edges, faces, np.ones(len(label), bool))
     order = radix_argsort(region + 1)[len(region) - edges.sum():].astype(np.int32)
     ends = np.cumsum(edges)
-    first_tests = Tests(*(column[:1] for column in work.tests))
+    first_test = TestColumns(*(column[:1] for column in work.tests))
 
     def task(k: int) -> Decimator:
-        seed = int(counts[5]) + 2 * k if counts[5] else 0
-        own = np.array([faces[k], 0, 0, 0, 0, seed, 0], np.int64)
+        seed = int(counts[RANDOM]) + 2 * k if counts[RANDOM] else 0
         heap, key = np.empty(edges[k], np.int32), np.empty(edges[k])
-        region = replace(work, queue=queue._replace(heap=heap, key=key), tests=first_tests, counts=own,
-                         history=CollapseRecord.empty())
+        region = replace(work, queue=queue._replace(heap=heap, key=key), tests=first_test,
+                         counts=fresh_counts(faces[k], seed, False), record=CollapseRecord.empty())
         region.offer(order[ends[k] - edges[k]:ends[k]])
-        while region.run(Scratch.make(), left, len(order), len(order), dear) == MORE:
+        while region.run(Scratch.make(), Limits(left, len(order), len(order), dear)) == MORE:
             pass
         return region
 
     regions = each(task, range(count), progress, message)
-    counts[0] -= sum(int(faces[k]) - region.faces for k, region in enumerate(regions))
-    parts = [region.history.used(region.counts) for region in regions]
-    work.history = work.history.followed_by(counts, parts, work.faces // 2)
+    counts[FACES_LEFT] -= sum(int(faces[k]) - region.faces for k, region in enumerate(regions))
+    work.record = work.record.followed_by([region.record.used() for region in regions], work.faces // 2)

@@ -14,7 +14,7 @@ from ..errors import StreamError
 from ..mesh import TriMesh, UnitFrame
 from ..progress import Progress, no_progress
 
-# stops where features change most, and the ends of the stages in which they are sent: latents, then offsets (features.LATENTS)
+# stops where features change most, and the ends of the stages in which they are sent: latents, then offsets (codec.LATENTS)
 STOPS = (0, 20, 40, 100, 200, 400, 800, 1500, 3000, 6000, 12000, 24000)
 SAMPLES = 8_000  # points each way; the mean distance of a stop is then good to about 1 %
 _FIELDS = ("d_pm", "d_p99", "d_normal", "d_reverse")
@@ -23,7 +23,7 @@ _LIMIT = 1_000_000  # characters of a text that is worth reading
 
 @dataclass(frozen=True)
 class StopErrors:
-    """The errors of one stop, as in `metrics.Metrics`: distances in 1e-4 of `PrefixErrors.size`, the angle in degrees."""
+    """The errors of one stop, as in `Metrics`: distances in 1e-4 of `PrefixErrors.size`, the angle in degrees."""
 
     d_pm: float
     d_p99: float
@@ -38,6 +38,13 @@ class PrefixErrors:
     size: longest side of the original's box, object units; features: (s,) ascending numbers of features, the first 0
     and the last all; bytes: (s,) of the shortest prefixes that hold them; errors: for each level, for each of
     `features`, the errors.
+
+    >>> from npm_blender.core.evaluation import PrefixErrors
+    >>> from npm_blender.core.evaluation.prefix_errors import StopErrors
+    >>> coarse, fine = StopErrors(90.0, 300.0, 8.0, 95.0), StopErrors(20.0, 80.0, 4.0, 22.0)
+    >>> errors = PrefixErrors(2.0, features=(0, 40), bytes=(700, 900), errors=((coarse, coarse), (coarse, fine)))
+    >>> [stop.d_pm for stop in errors.around(20, level=1)], [stop.d_pm for stop in errors.around(40, level=1)]
+    ([90.0, 20.0], [20.0])
     """
 
     size: float
@@ -62,7 +69,15 @@ class PrefixErrors:
 
 
 def prefix_errors_from_text(text: str) -> PrefixErrors:
-    """The inverse of `to_text`. Raises StreamError if the text is damaged."""
+    """The inverse of `PrefixErrors.to_text`. Raises StreamError if the text is damaged.
+
+    >>> from npm_blender.core.evaluation import PrefixErrors, prefix_errors_from_text
+    >>> from npm_blender.core.evaluation.prefix_errors import StopErrors
+    >>> coarse, fine = StopErrors(90.0, 300.0, 8.0, 95.0), StopErrors(20.0, 80.0, 4.0, 22.0)
+    >>> errors = PrefixErrors(2.0, features=(0, 40), bytes=(700, 900), errors=((coarse, coarse), (coarse, fine)))
+    >>> prefix_errors_from_text(errors.to_text()) == errors
+    True
+    """
     try:
         if len(text) > _LIMIT:
             raise ValueError(f"{len(text)} characters")
@@ -88,6 +103,15 @@ def measure_prefixes(stream: ProgressiveMesh, original: TriMesh, progress: Progr
 
     Takes some 20 ms a stop and level beside the decoding. Raises MeshError if the original has no area, Cancelled
     (from `progress`).
+
+    >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
+    >>> from npm_blender.core.evaluation import measure_prefixes
+    >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    >>> mesh = TriMesh.from_arrays(V, F)
+    >>> settings = CompressSettings(LodSettings(base_faces=4, levels=1), refine_steps=0)
+    >>> errors = measure_prefixes(open_stream(compress(mesh, settings, progress=lambda *_: None).data), mesh)
+    >>> errors.features[0], len(errors.errors), errors.size
+    (0, 2, 1.0)
     """
     from .metrics import Original  # only here: this import loads or compiles the search for closest points
 

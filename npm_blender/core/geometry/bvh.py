@@ -1,9 +1,12 @@
-"""A bounding volume hierarchy over triangles for exact closest-point queries, in float64, compiled by numba.
+"""A bounding volume hierarchy over triangles: a binary tree of axis-aligned boxes, each round all triangles below it, in float64.
 
-Built top down by a binned surface-area heuristic along the longest axis of the centroids. Nodes lie in two arrays:
-`boxes` (k, 6) float64, low corner then high corner, and `links` (k, 2) int32: for an inner node (left child, 0), its
-right child is left + 1; for a leaf (first triangle, count) with count > 0. Triangles are stored in leaf order as
-`corners` (m, 9) float64, three corners a row; `order` (m,) int32 is the face of each row.
+A query for the closest point skips every box that is farther away than the best triangle so far, and looks into the nearer of
+two boxes first: it looks at few triangles, and the answer is exact. The tree is built top down: the centroids are put into
+BINS slabs along their longest axis, and the cut between two slabs is taken that costs least by the surface-area heuristic
+(MacDonald and Booth 1990; binned by Wald 2007), count(left) area(left) + count(right) area(right). Nodes lie in two arrays:
+`boxes` (k, 6) float64, low corner then high corner, and `links` (k, 2) int32: for an inner node (left child, 0), its right
+child is left + 1; for a leaf (first triangle, count) with count > 0. Triangles are stored in leaf order as `corners` (m, 9)
+float64, three corners a row; `order` (m,) int32 is the face of each row.
 """
 import numpy as np
 
@@ -17,7 +20,17 @@ DEPTH = 60
 
 @compiled(allocates=True)
 def build_bvh(corners):
-    """boxes (k, 6) float64, links (k, 2) int32, order (m,) int32 of the triangles `corners` (m, 9) float64."""
+    """boxes (k, 6) float64, links (k, 2) int32, order (m,) int32 of the triangles `corners` (m, 9) float64, m > 0.
+
+    What they hold: see the module. Whoever traverses them needs a stack of BVH_STACK nodes.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.geometry import build_bvh
+    >>> corners = np.arange(8.0)[:, None] + np.array([0.0, 0, 0, 1, 0, 0, 0, 1, 0])  # eight triangles along the diagonal
+    >>> boxes, links, order = build_bvh(corners)
+    >>> boxes[0].tolist(), links.tolist()  # two leaves of four triangles
+    ([0.0, 0.0, 0.0, 8.0, 8.0, 7.0], [[1, 0], [0, 4], [4, 4]])
+    """
     m = len(corners)
     low, high, centre = np.zeros((m, 3)), np.zeros((m, 3)), np.zeros((m, 3))
     for i in range(m):

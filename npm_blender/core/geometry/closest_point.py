@@ -1,4 +1,4 @@
-"""The surface of a mesh: exact closest points, and points spread uniformly over it."""
+"""Exact closest points on the surface of a mesh."""
 import numpy as np
 
 from ..errors import MeshError
@@ -7,10 +7,18 @@ from .bvh import build_bvh, closest_in_bvh
 
 
 class ClosestPoints:
-    """The surface of a mesh, ready for closest-point queries. Faces without area count as the segments they are.
+    """The surface of a mesh, ready for closest-point queries (see `bvh`). Faces without area count as the segments they are.
 
     Building takes about 0.1 s for 100k faces; queries run on one thread and release the GIL. Ties between faces that
     share the closest point go to one of them, the same on every run.
+
+    >>> import numpy as np
+    >>> from npm_blender.core import TriMesh
+    >>> from npm_blender.core.geometry import ClosestPoints
+    >>> triangle = TriMesh.from_arrays([[0, 0, 0], [4, 0, 0], [0, 4, 0]], [[0, 1, 2]])
+    >>> distance, point, face = ClosestPoints(triangle).closest(np.array([[1.0, 1, 5], [7, 0, 4]]))
+    >>> distance.tolist(), point.tolist(), face.tolist()  # inside, and past a corner
+    ([5.0, 5.0], [[1.0, 1.0, 0.0], [4.0, 0.0, 0.0]], [0, 0])
     """
 
     def __init__(self, mesh: TriMesh) -> None:

@@ -1,4 +1,10 @@
-"""Finding vertices that lie at exactly the same place, or at nearly the same."""
+"""Finding vertices that lie at exactly the same place (a hash table), or at nearly the same (a sweep).
+
+The hash mixes the bits of the three coordinates with the multipliers of SplitMix64 (Steele, Lea and Flood 2014); the table is at
+most half full and looks at the next slot where one is taken. The sweep goes through the points in the order of their places
+along one direction: only those within reach there can be near each other. Sets of near points are joined by union-find
+(see `disjoint_sets`).
+"""
 import numpy as np
 
 from ..jit import compiled
@@ -12,6 +18,12 @@ def weld(V: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Coincident rows of V (n, 3) float64, compared bit by bit (0 and -0 are the same).
 
     Returns first (k,) int64: the first row of each place, ascending; and place (n,) int32: V[first][place] == V.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.geometry import weld
+    >>> first, place = weld(np.array([[1.0, 0, 0], [2, 0, 0], [1, -0.0, 0]]))
+    >>> first.tolist(), place.tolist()
+    ([0, 1], [0, 1, 0])
     """
     bits = (np.ascontiguousarray(V, dtype=np.float64) + 0.0).view(np.uint64)
     slots = 1 << max(4, int(2 * len(V)).bit_length())
@@ -44,9 +56,15 @@ def _weld(bits, table):
 
 
 def near_places(V: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    """Smallest row joined to each row of V (n, 3), (n,) int32: rows at a distance below the reach (n,) of both, and on.
+    """Smallest row joined to each row of V (n, 3), (n,) int32. Two rows are joined where their distance is below the reach
+    (n,) of both, in V's unit, and so are those that others join, one by one.
 
     The rows must differ. After WORK n distances the rest stays apart.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.geometry import near_places
+    >>> near_places(np.array([[0.0, 0, 0], [5, 0, 0], [0.8, 0, 0], [1.6, 0, 0]]), np.ones(4)).tolist()
+    [0, 1, 0, 0]
     """
     along = V @ SLOPE
     order = np.argsort(along, kind="stable").astype(np.int32)

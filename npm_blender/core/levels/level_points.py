@@ -11,10 +11,10 @@ MESSAGE = "Mapping the levels"
 FEWEST, MOST = 6_000, 26_000  # points that a thread maps between two calls of `progress`
 
 
-def level_corners(levels: int) -> np.ndarray:
-    """Barycentric corners (4^levels, 3, 3) of the descendants of one face, in the order of `subdivide`."""
+def level_corners(level_count: int) -> np.ndarray:
+    """Barycentric corners (4^level_count, 3, 3) of the faces that one face splits into, in the order of `hierarchy`."""
     out = np.eye(3)[None]
-    for _ in range(levels):
+    for _ in range(level_count):
         a, b, c = out.swapaxes(0, 1)
         ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
         children = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
@@ -31,7 +31,7 @@ def halfedges_with(level: Level) -> np.ndarray:
 
 
 @compiled
-def _start(halfedge, n, order, first, last, corners, old_face, turn, face, b):
+def _start(halfedge, n, order, first, last, corners, old_face, rotation, face, b):
     """Base face and barycentrics of points order[first:last] of a level, in face and b (last - first, 3); see `map_points`."""
     children = len(corners)
     for k in range(first, last):
@@ -39,9 +39,9 @@ def _start(halfedge, n, order, first, last, corners, old_face, turn, face, b):
         f, child, c = h // (3 * children), h // 3 % children, h % 3
         d = c + 1 if c < 2 else 0
         face[k - first] = old_face[f]
-        for s in range(3):  # corner s of a face is corner turn + s of the old one
+        for s in range(3):  # corner s of a face is corner rotation + s of the old one
             x = corners[child, c, s]
-            b[k - first, (turn[f] + s) % 3] = (x + corners[child, d, s]) / 2 if order[k] >= n else x
+            b[k - first, (rotation[f] + s) % 3] = (x + corners[child, d, s]) / 2 if order[k] >= n else x
 
 
 @compiled
@@ -53,11 +53,11 @@ def _put(order, first, last, face, b, out, out_b):
             out_b[order[k], s] = b[k - first, s]
 
 
-def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_face: np.ndarray, turn: np.ndarray,
+def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_face: np.ndarray, rotation: np.ndarray,
                progress: Progress = no_progress) -> tuple[np.ndarray, np.ndarray]:
     """Where the map puts the vertices and edge midpoints of a level: input face (n + e,) and barycentric (n + e, 3).
 
-    corners: `level_corners`; old_face, turn (m0,): the base face of the decimation that each face of level 0 is, and
+    corners: `level_corners`; old_face, rotation (m0,): the base face of the decimation that each face of level 0 is, and
     the corner of it that comes first here. Neighbours are mapped one after the other, through the same collapses.
     """
     halfedge = halfedges_with(level)
@@ -70,7 +70,7 @@ def map_points(decimation: Decimation, level: Level, corners: np.ndarray, old_fa
     def task(first: int) -> None:
         last = min(first + size, len(order))
         at, at_b = np.empty(last - first, np.int32), np.empty((last - first, 3))
-        _start(halfedge, level.n, order, first, last, corners, old_face, turn, at, at_b)
+        _start(halfedge, level.n, order, first, last, corners, old_face, rotation, at, at_b)
         at, at_b = surface_map.coarse_to_fine(at, at_b)
         _put(order, first, last, at, at_b, face, b)
 

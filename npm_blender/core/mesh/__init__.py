@@ -4,7 +4,15 @@ from .radix_order import radix_argsort
 from .renumbering import Renumbering
 from .spatial_order import along_curve, in_morton_order, spatial_boxes
 from .subdivision import Level, hierarchy, midpoints, subdivided_opposite
-from .topology import Topology, directed_edges, opposite_halfedges, topology_of, vertex_fans
+from .topology import (
+    Topology,
+    directed_edges,
+    next_halfedges,
+    opposite_halfedges,
+    prev_halfedges,
+    topology_of,
+    vertex_fans,
+)
 from .triangle_mesh import TriMesh, UnitFrame, compact
 
 __all__ = [
@@ -20,7 +28,9 @@ __all__ = [
     "hierarchy",
     "in_morton_order",
     "midpoints",
+    "next_halfedges",
     "opposite_halfedges",
+    "prev_halfedges",
     "radix_argsort",
     "spatial_boxes",
     "subdivided_opposite",

@@ -3,7 +3,16 @@ import numpy as np
 
 
 def component_labels(n: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Smallest member of each node's part, (n,) int64, for n nodes joined by the pairs a[i]-b[i]."""
+    """Smallest member of each node's part, (n,) int64, for n nodes joined by the pairs a[i]-b[i].
+
+    Every node takes the smallest label of its neighbours and then jumps to its label's label, until nothing changes (after
+    Shiloach and Vishkin 1982).
+
+    >>> import numpy as np
+    >>> from npm_blender.core.mesh import component_labels
+    >>> component_labels(5, np.array([4, 1]), np.array([1, 3])).tolist()  # 4-1, 1-3
+    [0, 1, 2, 1, 1]
+    """
     root = np.arange(n, dtype=np.int64)
     while True:
         low = np.minimum(root[a], root[b])

@@ -6,11 +6,12 @@ ab, bc, ca has the children 4f..4f+3 = (a, ab, ca), (b, bc, ab), (c, ca, bc), (a
 parent corner k; slot k of the centre child is the midpoint of the parent's half-edge k.
 """
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from .radix_order import radix_argsort
-from .topology import directed_edges, paired_halfedges
+from .topology import directed_edges, next_halfedges, paired_halfedges, prev_halfedges
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,14 @@ class Level:
     whose midpoints are vertices n..n+e-1 of the next level; edge_of (3 m,) int32: edge of each half-edge;
     edge_halfedge (e, 2) int32: the half-edge that runs from the smaller to the larger vertex (or the only one, on the
     border) and its opposite.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.mesh import Level
+    >>> level = Level.of(np.array([[0, 1, 2]]), 3)
+    >>> level.edges.tolist()
+    [[0, 1], [0, 2], [1, 2]]
+    >>> level.subdivided().F.tolist()  # vertices 3, 4, 5 are the edges' midpoints
+    [[0, 3, 4], [1, 5, 3], [2, 4, 5], [3, 5, 4]]
     """
 
     F: np.ndarray
@@ -45,29 +54,20 @@ class Level:
         return Level(F, int(n), opposite, np.stack([np.minimum(a, b), np.maximum(a, b)], 1), edge_of, np.stack([left, right], 1))
 
     def subdivided(self) -> "Level":
-        """The next finer level, 4 m faces and n + e vertices: what `Level.of` finds, without looking for it.
-
-        Half-edge k of a parent is halved by slot 0 of child k and slot 2 of the next child; slot 1 of child k runs from the
-        middle of half-edge k to that of the one before, opposite to slot k - 1 of the child in the centre.
-        """
-        m, n, h = len(self.F), self.n, np.arange(self.F.size, dtype=np.int32)
-        k, child = h % 3, 4 * (h // 3)
-        first, second = 3 * (child + k), 3 * (child + (k + 1) % 3) + 2
-        across, centre = 3 * (child + k) + 1, 3 * (child + 3) + (k + 2) % 3
+        """The next finer level, 4 m faces and n + e vertices: what `Level.of` finds, without looking for it."""
+        n, h = self.n, np.arange(self.F.size, dtype=np.int32)
+        first, second, across, centre = children = ChildHalfedges.of(h)
+        opposite = children.opposite(self.opposite)
         border = self.opposite == h
-        opposite = np.empty(12 * m, np.int32)
-        opposite[first] = np.where(border, first, second[self.opposite])
-        opposite[second] = np.where(border, second, first[self.opposite])
-        opposite[across], opposite[centre] = centre, across
         # edges: the halves, by their old vertex; then those between middles
         halves = radix_argsort(self.edges.reshape(-1))
         rank = np.empty(len(halves), np.int32)
         rank[halves] = np.arange(len(halves), dtype=np.int32)
         late = (self.F.reshape(-1) != self.edges[self.edge_of, 0]).astype(np.int32)
-        one, two = n + self.edge_of, n + self.edge_of[h - k + (k + 2) % 3]
+        one, two = n + self.edge_of, n + self.edge_of[prev_halfedges(h)]
         low, high = np.minimum(one, two), np.maximum(one, two)
         inner = radix_argsort(low.astype(np.int64) * (n + len(self.edges)) + high)
-        edge_of = np.empty(12 * m, np.int32)
+        edge_of = np.empty(4 * len(h), np.int32)
         edge_of[first], edge_of[second] = rank[2 * self.edge_of + late], rank[2 * self.edge_of + 1 - late]
         edge_of[across[inner]] = edge_of[centre[inner]] = len(halves) + np.arange(len(inner), dtype=np.int32)
         edges = np.empty((len(halves) + len(inner), 2), np.int32)
@@ -81,6 +81,35 @@ class Level:
         return Level(F, n + len(self.edges), opposite, edges, edge_of, np.stack([left, opposite[left]], 1))
 
 
+class ChildHalfedges(NamedTuple):
+    """The half-edges of the children that belong to each half-edge h = 3 f + k of their parents; together all 12 m.
+
+    first and second (3 m,): halves of h, slot 0 of child k and slot 2 of the next child; across (3 m,): slot 1 of child k,
+    from the middle of h to that of prev(h); centre (3 m,): its opposite, slot k - 1 of the child in the centre.
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    across: np.ndarray
+    centre: np.ndarray
+
+    @staticmethod
+    def of(h: np.ndarray) -> "ChildHalfedges":
+        """Those of all half-edges h = 0..3 m - 1, in the dtype of h."""
+        child, after = 4 * (h // 3), next_halfedges(h) % 3
+        across = 3 * (child + h % 3) + 1
+        return ChildHalfedges(across - 1, 3 * (child + after) + 2, across, 3 * (child + 3) + prev_halfedges(h) % 3)
+
+    def opposite(self, opposite: np.ndarray) -> np.ndarray:
+        """Opposite half-edges (12 m,) of the children, in this table's dtype, from those (3 m,) of their parents."""
+        border = opposite == np.arange(len(opposite))
+        out = np.empty(4 * len(opposite), self.first.dtype)
+        out[self.first] = np.where(border, self.first, self.second[opposite])
+        out[self.second] = np.where(border, self.second, self.first[opposite])
+        out[self.across], out[self.centre] = self.centre, self.across
+        return out
+
+
 def subdivide_faces(F: np.ndarray, edge_of: np.ndarray, n: int) -> np.ndarray:
     """Child faces (4 m, 3) int32 of F (m, 3), in the order that the module describes."""
     a, b, c = F.T
@@ -90,7 +119,15 @@ def subdivide_faces(F: np.ndarray, edge_of: np.ndarray, n: int) -> np.ndarray:
 
 
 def hierarchy(F0: np.ndarray, n0: int, levels: int) -> list[Level]:
-    """Levels 0..levels of the base faces F0 (m, 3) over n0 vertices. Raises MeshError if F0 is not a manifold."""
+    """Levels 0..levels of the base faces F0 (m, 3) over n0 vertices. Raises MeshError if F0 is not a manifold.
+
+    Level i has 4^i m faces, in the numbering that the module describes.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.mesh import hierarchy
+    >>> [(len(level.F), level.n) for level in hierarchy(np.array([[0, 1, 2], [0, 2, 3]]), 4, 2)]
+    [(2, 4), (8, 9), (32, 25)]
+    """
     out = [Level.of(F0, n0)]
     for _ in range(levels):
         out.append(out[-1].subdivided())
@@ -98,21 +135,22 @@ def hierarchy(F0: np.ndarray, n0: int, levels: int) -> list[Level]:
 
 
 def midpoints(V: np.ndarray, level: Level) -> np.ndarray:
-    """V (n, ...) followed by the mean of each edge's ends, (n + e, ...): the level's own vertices at the next level."""
+    """V (n, ...) followed by the mean of each edge's ends, (n + e, ...): the level's own vertices at the next level.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.mesh import Level, midpoints
+    >>> midpoints(np.array([[0.0, 0, 0], [2, 0, 0], [0, 4, 0]]), Level.of(np.array([[0, 1, 2]]), 3))[3:].tolist()
+    [[1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [1.0, 2.0, 0.0]]
+    """
     return np.concatenate([V, (V[level.edges[:, 0]] + V[level.edges[:, 1]]) / 2])
 
 
 def subdivided_opposite(opposite: np.ndarray) -> np.ndarray:
-    """Opposite half-edges (12 m,) of the subdivided faces, given those (3 m,) of the faces; see `subdivide`."""
-    m = len(opposite) // 3
-    h = np.arange(3 * m)
-    f, k = h // 3, h % 3
-    after = h // 3 * 3 + (k + 1) % 3
-    half_one, half_two = 3 * (h // 3 * 4 + k), 3 * (after // 3 * 4 + after % 3) + 2
-    border = opposite == h
-    out = np.empty(12 * m, dtype=np.int64)
-    out[half_one] = np.where(border, half_one, half_two[opposite])
-    out[half_two] = np.where(border, half_two, half_one[opposite])
-    inner, centre = 3 * (4 * f + (k + 1) % 3) + 1, 3 * (4 * f + 3) + k
-    out[inner], out[centre] = centre, inner
-    return out
+    """Opposite half-edges (12 m,) int64 of the subdivided faces, given those (3 m,) of the faces; see `ChildHalfedges`.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.mesh import subdivided_opposite
+    >>> subdivided_opposite(np.array([0, 1, 2])).reshape(4, 3).tolist()  # one face: only its centre child has three neighbours
+    [[0, 11, 2], [3, 9, 5], [6, 10, 8], [4, 7, 1]]
+    """
+    return ChildHalfedges.of(np.arange(len(opposite))).opposite(opposite)

@@ -2,6 +2,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import MeshError
 
@@ -12,13 +13,18 @@ class TriMesh:
 
     V: (n, 3) float64 vertex positions, in the units and frame of whoever made it.
     F: (m, 3) int32 vertex indices, counter-clockwise seen from outside.
+
+    >>> from npm_blender.core.mesh import TriMesh
+    >>> mesh = TriMesh.from_arrays([[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> mesh.V.dtype.name, mesh.F.dtype.name, mesh.face_areas().tolist()
+    ('float64', 'int32', [1.0])
     """
 
     V: np.ndarray
     F: np.ndarray
 
     @staticmethod
-    def from_arrays(V: np.ndarray, F: np.ndarray) -> "TriMesh":
+    def from_arrays(V: ArrayLike, F: ArrayLike) -> "TriMesh":
         """Check and convert arrays from outside.
 
         V: (n, 3) real, F: (m, 3) integer. Raises MeshError if shapes or types are off, a coordinate is not finite,
@@ -59,6 +65,12 @@ class UnitFrame:
 
     unit = (object - centre) / size: the bounding box is centred at the origin and its longest side is 1 (the paper's
     unit cube). centre: (3,) float64; size: float, object units.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.mesh import UnitFrame
+    >>> frame = UnitFrame.of(np.array([[0.0, 0, 0], [4, 2, 0]]))
+    >>> frame.to_unit(np.array([[4.0, 2, 0]])).tolist(), frame.size
+    ([[0.5, 0.25, 0.0]], 4.0)
     """
 
     centre: np.ndarray
@@ -83,7 +95,14 @@ class UnitFrame:
 
 
 def compact(V: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """V and F without unused vertices, order kept."""
+    """V (n, 3) and F (m, 3) without unused vertices, order kept; F in its dtype, or int32 where vertices went.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.mesh import compact
+    >>> V, F = compact(np.array([[9.0, 9, 9], [0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[1, 2, 3]]))
+    >>> len(V), F.tolist()
+    (3, [[0, 1, 2]])
+    """
     used = np.zeros(len(V), bool)
     used[F] = True
     if used.all():

@@ -22,7 +22,7 @@ class Element:
 
     name: str
     rows: int
-    properties: list = field(default_factory=list)
+    properties: list[tuple[str, str, str]] = field(default_factory=list)
 
     def index(self, *names: str) -> int:
         """Position of the first of `names` among the properties, or -1."""
@@ -117,7 +117,7 @@ def _header(data: bytes) -> tuple[str, list[Element], bytes]:
     return order, elements, data[newline + 1:]
 
 
-def _values(units, at, kind, order):
+def _values(units: np.ndarray, at: np.ndarray, kind: str, order: str) -> np.ndarray:
     """The scalars of type `kind` that start at units `at`, in an array of at's shape."""
     if order == "text":
         return units[at]
@@ -127,7 +127,7 @@ def _values(units, at, kind, order):
 
 @compiled(allocates=True)
 def _rows(units, at, rows, sizes, counters, wanted, big):
-    """Walk over `rows` rows: starts and lengths (rows, len(wanted)) of the wanted properties, and the end or -1."""
+    """Pass over `rows` rows: starts and lengths (rows, len(wanted)) of the wanted properties, and the end or -1."""
     starts, lengths = np.zeros((rows, len(wanted)), np.int64), np.zeros((rows, len(wanted)), np.int64)
     end = len(units)
     for r in range(rows):

@@ -1,4 +1,7 @@
-"""Polygons to triangles: quads by their better diagonal, larger ones by ear clipping; concave ones stay inside."""
+"""Polygons to triangles: quads by their better diagonal, larger ones by ear clipping (Meisters 1975).
+
+No triangle of a concave polygon lies outside of it.
+"""
 import numpy as np
 
 from ..geometry import triangle_normal
@@ -51,12 +54,14 @@ def _normal(V, polygon):
 
 @compiled
 def _along(V, i, j, k, normal):
+    """Twice the area of the triangle i-j-k as seen along the polygon's normal, times that one's length; below 0: flipped."""
     a = triangle_normal(V, i, j, k)
     return a[0] * normal[0] + a[1] * normal[1] + a[2] * normal[2]
 
 
 @compiled
 def _quad(V, q, out):
+    """The two triangles of a quad q (4,): the diagonal that lies inside, of two such the shorter one."""
     n = _normal(V, q)
     along_ac = min(_along(V, q[0], q[1], q[2], n), _along(V, q[0], q[2], q[3], n))
     along_bd = min(_along(V, q[0], q[1], q[3], n), _along(V, q[1], q[2], q[3], n))
@@ -77,6 +82,7 @@ def _quad(V, q, out):
 
 @compiled
 def _turn(p, i, j, k):
+    """Twice the signed area of the triangle i-j-k of points p (k, 2): above 0 where the corner j turns left."""
     return (p[j, 0] - p[i, 0]) * (p[k, 1] - p[i, 1]) - (p[j, 1] - p[i, 1]) * (p[k, 0] - p[i, 0])
 
 
@@ -109,6 +115,7 @@ def _is_ear(p, i, j, k, before, following, reflex, listed, count):
 
 @compiled(allocates=True)
 def _clip_ears(V, polygon, out, work):
+    """Triangles out (k - 2, 3) of a polygon (k,); returns the work that is left."""
     k = len(polygon)
     n = _normal(V, polygon)
     x, y = 1, 2  # the plane that the polygon covers most of, seen from its normal

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 from ..lazy import lazy_exports
 
 if TYPE_CHECKING:
+    from .backend import Backend
     from .decoder import EDGES, FEATURES, Step, decode, handed_down, predict
     from .encoder import details, encode
     from .frames import edge_frames, face_normals
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from .weights import Weights, load_weights, save_weights
 
 __all__ = [
+    "Backend",
     "EDGES",
     "FEATURES",
     "MeshIndex",
@@ -41,6 +43,7 @@ __all__ = [
     "unflatten_tree",
 ]
 __getattr__, __dir__ = lazy_exports(__name__, {
+    "backend": ("Backend",),
     "decoder": ("EDGES", "FEATURES", "Step", "decode", "handed_down", "predict",),
     "encoder": ("details", "encode",),
     "frames": ("edge_frames", "face_normals",),

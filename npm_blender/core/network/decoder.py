@@ -10,6 +10,7 @@ of that: what the network cannot say in few bytes, and what it sees when it pred
 """
 from typing import NamedTuple
 
+from .backend import Array, Backend
 from .frames import corner_frames, edge_frames
 from .input_features import geometry_features
 from .layers import bilinear_upsample, face_convolution, two_face_linear
@@ -20,7 +21,7 @@ EDGES = 3  # numbers in a feature of offsets
 SLOT_FEATURES = 4
 
 
-def feature_slots(B, f):
+def feature_slots(B: Backend, f: Array) -> Array:
     """Transmitted features in slots: (m, 8) -> (3 m, 4). Two belong to the whole face, two to each of its corners."""
     m = len(f)
     whole = B.concat([f[:, None, :2]] * 3, 1)
@@ -35,21 +36,41 @@ def network_level(params: dict, level: int) -> dict:
 
 class Step(NamedTuple):
     """What the network says of the next level, before offsets: old (n, 3) and middle (e, 3), the vertices and the midpoints
-    of the edges; normal (e, 3) of the edges, along which offsets move; hidden (3 m, C)."""
+    of the edges; normal (e, 3) of the edges, along which offsets move; hidden (3 m, C).
 
-    old: object
-    middle: object
-    normal: object
-    hidden: object
+    >>> from npm_blender.core.network import NUMPY, Step
+    >>> step = Step(old=NUMPY.array([[0, 0, 0], [2, 0, 0]]), middle=NUMPY.array([[1, 0, 0]]),
+    ...             normal=NUMPY.array([[0, 0, 1]]), hidden=None)
+    >>> step.vertices(NUMPY, offsets=NUMPY.array([[0.5]])).tolist()
+    [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 0.0, 0.5]]
+    """
 
-    def vertices(self, B, offsets=None):
+    old: Array
+    middle: Array
+    normal: Array
+    hidden: Array
+
+    def vertices(self, B: Backend, offsets: Array | None = None) -> Array:
         """Vertices of the next level, (n + e, 3); offsets: (e, 1) in the frame of the vertices, or None."""
         return B.concat([self.old, self.middle if offsets is None else self.middle + self.normal * offsets], 0)
 
 
-def predict(B, params: dict, level: int, V, hidden, f, mesh: MeshIndex) -> Step:
+def predict(B: Backend, params: dict, level: int, V: Array, hidden: Array | None, f: Array, mesh: MeshIndex) -> Step:
     """From a level to the next: V (n, 3), f (m, 8) and mesh of the level; hidden (3 m, C): what `handed_down` made of the
-    step before, None for the first."""
+    step before, None for the first.
+
+    With x = (hidden, geometry features g, slots s of f): y = conv2(conv1(x)) + x skip; the displacement of every half-edge
+    and corner is a linear map of (y, g, s) of its two faces. After the paper's decoder (section 3.2).
+
+    >>> import numpy as np
+    >>> from npm_blender.core.mesh import Level
+    >>> from npm_blender.core.network import NUMPY, MeshIndex, load_weights, predict
+    >>> mesh = MeshIndex.of(NUMPY, Level.of(np.array([[0, 1, 2], [0, 2, 3]]), 4))  # 2 faces, 4 vertices, 5 edges
+    >>> V = NUMPY.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> step = predict(NUMPY, load_weights().params, 0, V, None, NUMPY.array(np.zeros((2, 8))), mesh)
+    >>> step.old.shape, step.middle.shape, step.normal.shape
+    ((4, 3), (5, 3), (5, 3))
+    """
     step = network_level(params, level)
     g = geometry_features(B, V, mesh)
     s = feature_slots(B, f)
@@ -61,12 +82,23 @@ def predict(B, params: dict, level: int, V, hidden, f, mesh: MeshIndex) -> Step:
     return Step(moved_vertices(B, V, corner, mesh), *displaced_midpoints(B, V, middle, mesh), y)
 
 
-def handed_down(B, params: dict, level: int, hidden, mesh: MeshIndex):
-    """Hidden features (3 m, C) of the step from a level, with the level's mesh, for the step after it: (12 m, C')."""
+def handed_down(B: Backend, params: dict, level: int, hidden: Array, mesh: MeshIndex) -> Array:
+    """Hidden features (3 m, C) of the step from a level, with the level's mesh, for the step after it: (12 m, C').
+
+    The bilinear upsampling of SubdivNet (Hu et al. 2022), as the paper's decoder uses it (section 3.2); see `layers`.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.mesh import Level
+    >>> from npm_blender.core.network import NUMPY, MeshIndex, NetworkConfig, handed_down, initial_parameters
+    >>> mesh = MeshIndex.of(NUMPY, Level.of(np.array([[0, 1, 2], [0, 2, 3]]), 4))
+    >>> params = initial_parameters(NetworkConfig(decoder=(8, 4), encoder=(4,)))
+    >>> handed_down(NUMPY, params, 0, NUMPY.array(np.ones((6, 8))), mesh).shape  # 8 numbers a slot become 4, on 8 faces
+    (24, 4)
+    """
     return bilinear_upsample(B, hidden, mesh.opposite, network_level(params, level)["up"])
 
 
-def displaced_midpoints(B, V, offset, mesh: MeshIndex):
+def displaced_midpoints(B: Backend, V: Array, offset: Array, mesh: MeshIndex) -> tuple[Array, Array]:
     """V (n, 3) and offsets (3 m, 3), one per half-edge in its own frame and in units of its length -> displaced midpoints
     (e, 3), and the normals of the edges (e, 3)."""
     x, y, z, length = edge_frames(B, V, mesh)
@@ -78,19 +110,30 @@ def displaced_midpoints(B, V, offset, mesh: MeshIndex):
     return middle + length * (x * along + y * across + z * up), z
 
 
-def moved_vertices(B, V, offset, mesh: MeshIndex):
+def moved_vertices(B: Backend, V: Array, offset: Array, mesh: MeshIndex) -> Array:
     """V (n, 3) and offsets (3 m, 3), one per corner in its own frame -> V moved by their means (n, 3)."""
     x, y, z, length = corner_frames(B, V, mesh)
     step = length * (x * offset[:, :1] + y * offset[:, 1:2] + z * offset[:, 2:])
     return V + B.scatter_sum(step, mesh.F, mesh.n) * mesh.share
 
 
-def decode(B, params: dict, V0, features: list, meshes: list, offsets: list | None = None):
+def decode(B: Backend, params: dict, V0: Array, features: list[Array], meshes: list[MeshIndex],
+           offsets: list[Array] | None = None) -> list[Array]:
     """Meshes of levels 1..L.
 
     V0 (n0, 3) unit frame; features: f^0..f^(L-1), each (m_i, 8); meshes: MeshIndex of levels 0..L-1; offsets: of the
     midpoints of the edges of levels 0..L-1 along their normals, each (e_i, 1), unit frame.
-    Returns the list of vertex arrays V^1..V^L, each (n_i, 3).
+    Returns the list of vertex arrays V^1..V^L, each (n_i, 3). The paper's decoder (section 3.2), with the changes that the
+    module names.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.mesh import hierarchy
+    >>> from npm_blender.core.network import FEATURES, NUMPY, MeshIndex, decode, load_weights
+    >>> meshes = [MeshIndex.of(NUMPY, level) for level in hierarchy(np.array([[0, 1, 2], [0, 2, 3]]), 4, 1)]
+    >>> V0 = NUMPY.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> none_arrived = [NUMPY.array(np.zeros((mesh.m, FEATURES))) for mesh in meshes]
+    >>> [V.shape for V in decode(NUMPY, load_weights().params, V0, none_arrived, meshes)]  # 4 + 5, then 9 + 16 vertices
+    [(9, 3), (25, 3)]
     """
     V, hidden, out = V0, None, []
     for i, (f, mesh) in enumerate(zip(features, meshes, strict=True)):

@@ -1,16 +1,15 @@
-"""Operators of the network on the half-edge layout: face convolution, pooling, upsampling, edge frames.
+"""Layers of the network on the half-edge layout: face convolution, pooling, upsampling.
 
-A face feature is stored in three corner slots, (3 m, C) in half-edge order (see topology): slot k belongs to corner k
-and half-edge k. Turning the corners of a face turns its slots, so every operator here is equivariant to the corner
-order, and a layer can tell which of a face's three edges it looks at - which one sum over neighbours cannot
-(SubdivNet's kernel; the vertex displacement of the paper needs it, see docs/architecture.md).
+A face feature is stored in three corner slots, (3 m, C) in half-edge order (see `mesh.topology`): slot k belongs to corner k
+and half-edge k. Whoever starts a face at another of its corners rotates its slots, and every layer here rotates its output
+with them. So a layer can tell which of a face's three edges it looks at, which one sum over neighbours cannot (the kernel of
+SubdivNet, Hu et al. 2022; the vertex displacement of the paper needs it, see docs/architecture.md).
 All functions take a backend `B` (NumPy or torch) and arrays of that backend.
 """
+from .backend import Array, Backend, Index, Layer
 
 
-
-
-def circulant(B, w):
+def circulant(B: Backend, w: Array) -> Array:
     """The matrix of a per-slot map that sees own, next and previous slot: (3 C, C') -> (3 C, 3 C').
 
     One product with whole faces, x.reshape(m, 3 C) @ circulant(w), then does what w does to every slot in turn.
@@ -22,17 +21,18 @@ def circulant(B, w):
                      B.concat([before, after, own], 1)], 0)
 
 
-def two_face_linear(B, x, opposite, layer):
-    """A linear map of a half-edge's face and the face across it, both turned so that the shared edge comes first.
+def two_face_linear(B: Backend, x: Array, opposite: Index, layer: Layer) -> Array:
+    """A linear map of a half-edge's face and the face across it, both with the shared edge's slot first.
 
-    x (3 m, C) -> (3 m, C'); layer: own, other (3 C, C'), bias (C',). On the border the face meets itself.
+    x (3 m, C) -> (3 m, C'); layer: own, other (3 C, C'), bias (C',). For half-edge h, with s(h) the three slots of its face
+    from h on: y(h) = s(h) own + s(opposite(h)) other + bias. On the border the face meets itself.
     """
     m, width = len(x) // 3, layer["own"].shape[1]
     own, other = B.products(x.reshape(m, -1), circulant(B, layer["own"]), circulant(B, layer["other"]))
     return own.reshape(3 * m, width) + B.permute(other.reshape(3 * m, width), opposite) + layer["bias"]
 
 
-def face_convolution(B, x, opposite, layer):
+def face_convolution(B: Backend, x: Array, opposite: Index, layer: Layer) -> Array:
     """Convolution over a face and its three neighbours, batch normalization, ReLU: (3 m, C) -> (3 m, C').
 
     Batch normalization uses running statistics as constants in training too, so that training and inference are the
@@ -45,11 +45,11 @@ def face_convolution(B, x, opposite, layer):
     return B.relu(y)
 
 
-def bilinear_upsample(B, x, opposite, layer):
+def bilinear_upsample(B: Backend, x: Array, opposite: Index, layer: Layer) -> Array:
     """Features of the four children from a face and its neighbours: (3 m, C) -> (12 m, C').
 
     The child at corner k blends its parent with the neighbours across the two edges of that corner,
-    (2 e_i + e_a + e_b) / 4, each turned so that the shared corner comes first; the centre child is the parent (paper:
+    (2 e_i + e_a + e_b) / 4, each with the shared corner's slot first; the centre child is the parent (paper:
     bilinear upsampling of SubdivNet). With it goes a linear map per slot: layer corner0, corner1, corner2, centre (3 C, C').
     """
     m, width = len(x) // 3, layer["centre"].shape[1]
@@ -58,19 +58,19 @@ def bilinear_upsample(B, x, opposite, layer):
     centre, corner = centre.reshape(m, 1, 3, width), corner.reshape(3 * m, 3 * width)
     # the neighbour across edge k sees the shared corner at its next half-edge, the one across edge k - 1 at its own
     faces = corner.reshape(m, 3, -1)
-    after = B.permute(B.turn(faces, 1).reshape(3 * m, -1), opposite)
+    after = B.permute(B.roll_slots(faces, 1).reshape(3 * m, -1), opposite)
     across = B.permute(corner, opposite).reshape(m, 3, -1)
-    before = B.turn(across, 2).reshape(3 * m, -1)
+    before = B.roll_slots(across, 2).reshape(3 * m, -1)
     blend = (2 * corner + after + before) / 4
     return B.concat([blend.reshape(m, 3, 3, width), centre], 1).reshape(12 * m, width)
 
 
-def corner_map(B, layer):
+def corner_map(B: Backend, layer: Layer) -> Array:
     """Matrix (3 C, 9 C') from a face to the three slots of each of its three corner children."""
     return circulant(B, B.concat([layer["corner0"], layer["corner1"], layer["corner2"]], 1))
 
 
-def average_pool(B, x, layer):
+def average_pool(B: Backend, x: Array, layer: Layer) -> Array:
     """Features of a parent from its four children: (12 m, C) -> (3 m, C').
 
     Parent slot k is the mean over the children of their slots, seen from corner k, under a linear map per position:
@@ -80,4 +80,3 @@ def average_pool(B, x, layer):
     corners = B.concat([layer["own"], layer["next"], layer["prev"]], 0)
     y = B.product(x.reshape(m, -1), B.concat([circulant(B, corners), circulant(B, layer["centre"])], 0))
     return (y / 4).reshape(3 * m, -1)
-

@@ -4,34 +4,44 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..mesh import Level
+from .backend import Array, Backend, Index
 
 
 @dataclass(frozen=True)
 class MeshIndex:
-    """A level's connectivity as index arrays of a backend.
+    """A level's connectivity as index arrays of a backend; half-edges are numbered as in `mesh.topology`.
 
-    F (3 m,) corner vertices, which half-edges start at; opposite (3 m,); end (3 m,) where they end; edge_a, edge_b (e,)
-    ends of each edge; left, right (e,) the half-edges of each edge (equal on the border); inner (3 m, 1) float: 0 on the
-    border, else 1; share (n, 1) float: 1 / number of corners at a vertex; edge_of (3 m,): edge of each half-edge;
-    side (3 m, 1) float: 1 if it is the edge's left half-edge, else -1.
+    m faces, n vertices. F (3 m,) corner vertices, which half-edges start at; opposite (3 m,); end (3 m,) where they end;
+    edge_a, edge_b (e,) ends of each edge; left, right (e,) the half-edges of each edge (equal on the border); inner (3 m, 1)
+    float: 0 on the border, else 1; share (n, 1) float: 1 / number of corners at a vertex; edge_of (3 m,): edge of each
+    half-edge; side (3 m, 1) float: 1 if it is the edge's left half-edge, else -1.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.mesh import Level
+    >>> from npm_blender.core.network import NUMPY, MeshIndex
+    >>> mesh = MeshIndex.of(NUMPY, Level.of(np.array([[0, 1, 2], [0, 2, 3]]), 4))  # a square cut along 0-2
+    >>> list(zip(mesh.edge_a.tolist(), mesh.edge_b.tolist()))
+    [(0, 1), (0, 2), (0, 3), (1, 2), (2, 3)]
+    >>> mesh.opposite.tolist(), mesh.inner[:, 0].tolist()
+    ([0, 1, 3, 2, 4, 5], [0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
     """
 
     m: int
     n: int
-    F: object
-    opposite: object
-    end: object
-    edge_a: object
-    edge_b: object
-    left: object
-    right: object
-    inner: object
-    share: object
-    edge_of: object
-    side: object
+    F: Index
+    opposite: Index
+    end: Index
+    edge_a: Index
+    edge_b: Index
+    left: Index
+    right: Index
+    inner: Array
+    share: Array
+    edge_of: Index
+    side: Array
 
     @staticmethod
-    def of(B, level: Level) -> "MeshIndex":
+    def of(B: Backend, level: Level) -> "MeshIndex":
         """The index arrays of one level."""
         m = len(level.F)
         end = level.F[:, [1, 2, 0]].reshape(-1)

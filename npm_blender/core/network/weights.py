@@ -1,5 +1,4 @@
 """The trained weights: an .npz of arrays with the configuration beside them, identified by a hash of their content."""
-
 import hashlib
 import json
 import os
@@ -20,7 +19,13 @@ DEFAULT = "npm1"
 
 @dataclass(frozen=True)
 class Weights:
-    """Trained parameters, batch normalization folded. model_id: short name; digest: 8 bytes that identify them."""
+    """Trained parameters, batch normalization folded. model_id: short name; digest: 8 bytes that identify them.
+
+    >>> from npm_blender.core.network import load_weights
+    >>> weights = load_weights()
+    >>> weights.model_id, len(weights.digest), sorted(weights.params)
+    ('npm1', 8, ['decoder', 'encoder'])
+    """
 
     params: dict
     config: NetworkConfig
@@ -38,7 +43,17 @@ def weights_digest(params: dict) -> bytes:
 
 
 def save_weights(path: Path, params: dict, config: NetworkConfig) -> None:
-    """Write folded parameters (a tree of float32 arrays) to an .npz, atomically."""
+    """Write folded parameters (a tree of float32 arrays) to an .npz, atomically.
+
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from npm_blender.core.network import NetworkConfig, folded, initial_parameters, load_weights, save_weights
+    >>> config = NetworkConfig(decoder=(4,), encoder=(4,))
+    >>> with TemporaryDirectory() as folder:
+    ...     save_weights(Path(folder, "small.npz"), folded(initial_parameters(config)), config)
+    ...     load_weights("small", Path(folder)).config == config
+    True
+    """
     temporary = path.with_name(path.name + ".tmp.npz")
     np.savez_compressed(temporary, config=np.array(json.dumps(asdict(config))), **flatten_tree(params))
     os.replace(temporary, path)
@@ -46,7 +61,12 @@ def save_weights(path: Path, params: dict, config: NetworkConfig) -> None:
 
 @cache
 def load_weights(model_id: str = DEFAULT, folder: Path = FOLDER) -> Weights:
-    """The weights of a model. Raises WeightsError if they are missing or damaged."""
+    """The weights of a model. Raises WeightsError if they are missing or damaged.
+
+    >>> from npm_blender.core.network import load_weights
+    >>> len(load_weights().params["decoder"])  # steps that are trained
+    3
+    """
     path = folder / f"{model_id}.npz"
     if not path.is_file():
         raise WeightsError(

@@ -1,27 +1,29 @@
-"""Joint flattening of the patch before and after a collapse (successive self-parameterization, Liu et al. 2020).
+"""Joint flattening of a stencil before and after its collapse (successive self-parameterization, Liu et al. 2020).
 
-The vertices of the patch get one planar position each: the ring (shared by both sides), i and j (before) and k (after).
-A patch inside the mesh that is nearly flat is projected on its plane (see `place_flat`). Else the conformal map is tried
-first (see `conformal`), with the border through the patch a straight line where the edge
-lies on the border; then a convex map (Tutte 1963), which always succeeds.
+Every vertex gets one position in the plane: those of the ring, shared by both sides, i and j (before) and k (after). A
+stencil inside the mesh that is nearly flat is projected on its plane (see `place_flat`). Else the conformal map is tried
+first (see `lscm`), with the border through the stencil a straight line where the edge lies on the border; then a convex
+map (Tutte 1963), which always succeeds.
 
-The map is a bijection of the patch where all triangles of both sides are positively oriented and the fan of k turns
-less than once (exactly once if k is inside): then the after-side is a star-shaped polygon, its boundary is simple, and
-a positively oriented flattening of the before-side with that boundary has degree one. `check` tests just that.
+The map is a bijection where all triangles of both sides are positively oriented and those round k turn less than once
+(exactly once if k is inside): then the stencil after the collapse is a star-shaped polygon, its boundary is simple, and a
+positively oriented flattening of the stencil before with that boundary has degree one. `distortion` tests just that.
 """
 import numpy as np
 
 from ..jit import compiled
+from .convex_map import place_convex
 from .lscm import assemble, eliminate, measure, place
-from .stencil import ANCHORED, EDGE, INNER
+from .stencil import ANCHORED, EDGE, INNER, is_of_j, next_on_ring, third_vertex
 
-FLAT = 0.95  # least cosine between the faces of a patch, before and after, and the plane that it is projected on
+FLAT = 0.95  # least cosine between the faces of a stencil, before and after, and the plane that it is projected on
 MIN_AREA = 1e-7  # twice a flattened triangle's, relative to the squared extent: keeps barycentrics to 1e-9
 
 
 @compiled(inline="always")
-def _owner(q, s1, s2, r):
-    return r + 1 if s1 <= q < s2 else r
+def _owner(stencil, q):
+    """The number among the positions of the vertex, i or j, whose face lies on side q of the ring."""
+    return stencil.ring_size + 1 if is_of_j(stencil, q) else stencil.ring_size
 
 
 @compiled(inline="always")
@@ -32,32 +34,39 @@ def twice_area(a, b, c):
 
 @compiled(inline="always")
 def _abs2(z):
+    """The squared length of a complex number."""
     return z.real * z.real + z.imag * z.imag
 
 
 @compiled(inline="always")
-def _stretch(cots, f, a, b, c, least):
-    """Distortion (s1 / s2 + s2 / s1) / 2 of triangle f flattened to a, b, c; infinite if twice its area is below least."""
+def _stretch(cotangents, f, a, b, c, least):
+    """Distortion (s1 / s2 + s2 / s1) / 2 of triangle f flattened to a, b, c; infinite if twice its area is below least.
+
+    s1, s2 are the singular values of its map. With its angles' cotangents that is the sum of cot |opposite side in the
+    plane|^2 over twice its area in the plane (Pinkall and Polthier 1993).
+    """
     area2 = twice_area(a, b, c)
     if not area2 > least:
         return np.inf
-    return (cots[f, 0] * _abs2(c - b) + cots[f, 1] * _abs2(a - c) + cots[f, 2] * _abs2(b - a)) / (2 * area2)
+    return (cotangents[f, 0] * _abs2(c - b) + cotangents[f, 1] * _abs2(a - c) + cotangents[f, 2] * _abs2(b - a)) / (2 * area2)
 
 
 @compiled
-def check(r, t, s1, s2, kind, uv, cots):
+def distortion(stencil, uv, cotangents):
     """(largest, mean) distortion of the flattened triangles; infinite if the map is no bijection."""
+    sides, kind = stencil.sides, stencil.kind
+    i, j = stencil.ring_size, stencil.ring_size + 1
     worst = total = extent2 = 0.0
-    k = uv[r + 2]
-    for q in range(r + 3):
+    k = uv[stencil.ring_size + 2]
+    for q in range(stencil.ring_size + 3):
         extent2 = max(extent2, _abs2(uv[q]))
     least = MIN_AREA * extent2
     turn = 0.0
     crossings = 0
-    for q in range(t):
-        a, b = uv[q], uv[q + 1 if q + 1 < r else 0]
-        d = _stretch(cots, q, uv[_owner(q, s1, s2, r)], a, b, least)
-        e = _stretch(cots, t + 2 + q, k, a, b, least)
+    for q in range(sides):
+        a, b = uv[q], uv[next_on_ring(stencil, q)]
+        d = _stretch(cotangents, q, uv[_owner(stencil, q)], a, b, least)
+        e = _stretch(cotangents, sides + 2 + q, k, a, b, least)
         worst = max(worst, d, e)
         total += d + e
         if not worst < np.inf:
@@ -68,10 +77,10 @@ def check(r, t, s1, s2, kind, uv, cots):
                 crossings += 1
         else:
             turn += np.arctan2(a.real * b.imag - a.imag * b.real, a.real * b.real + a.imag * b.imag)
-    d = _stretch(cots, t, uv[r], uv[r + 1], uv[s2 if s2 < r else 0], least)
-    n = 2 * t + 1
+    d = _stretch(cotangents, sides, uv[i], uv[j], uv[third_vertex(stencil)], least)
+    n = 2 * sides + 1
     if kind != EDGE:
-        e = _stretch(cots, t + 1, uv[r + 1], uv[r], uv[s1], least)
+        e = _stretch(cotangents, sides + 1, uv[j], uv[i], uv[stencil.j_start], least)
         d = max(d, e)
         total += e
         n += 1
@@ -89,7 +98,7 @@ def _cross(a0, a1, a2, b0, b1, b2):
 
 
 @compiled(inline="always")
-def _stays(X, a, b, ox, oy, oz, nx, ny, nz):
+def _is_near_plane(X, a, b, ox, oy, oz, nx, ny, nz):
     """Whether the triangle of the point o and vertices a, b has a normal within FLAT of the unit normal n."""
     px, py, pz = _cross(X[a, 0] - ox, X[a, 1] - oy, X[a, 2] - oz, X[b, 0] - ox, X[b, 1] - oy, X[b, 2] - oz)
     along = px * nx + py * ny + pz * nz
@@ -97,29 +106,28 @@ def _stays(X, a, b, ox, oy, oz, nx, ny, nz):
 
 
 @compiled
-def place_flat(X, ring, r, s1, s2, i, j, x, y, z, uv):
-    """Positions uv (r + 3,) of an INNER patch projected on the plane of its summed normal; False where a face, before or
-    after the collapse, leans away from that by more than FLAT allows, or is too thin.
+def place_flat(X, stencil, point, uv):
+    """Positions uv of an INNER stencil projected on the plane of its summed normal; False where a face, before or after the
+    collapse, leans away from that by more than FLAT allows, or is too thin.
 
     The projection stretches nothing by more than 1 / FLAT, and takes a third of the time of a conformal map.
     """
+    ring, i, j = stencil.ring, stencil.i, stencil.j
+    x, y, z = point
     xi, yi, zi = X[i, 0], X[i, 1], X[i, 2]
-    nx = ny = nz = 0.0
-    for q in range(r):  # the summed normal of a disk is that of its boundary
-        a, b = ring[q], ring[q + 1 if q + 1 < r else 0]
-        px, py, pz = _cross(X[a, 0] - xi, X[a, 1] - yi, X[a, 2] - zi, X[b, 0] - xi, X[b, 1] - yi, X[b, 2] - zi)
-        nx, ny, nz = nx + px, ny + py, nz + pz
+    nx, ny, nz = _summed_normal(X, stencil)
     size = np.sqrt(nx * nx + ny * ny + nz * nz)
     if not size > 1e-60:
         return False
     nx, ny, nz = nx / size, ny / size, nz / size
-    for q in range(r):
-        a, b = ring[q], ring[q + 1 if q + 1 < r else 0]
-        o = j if s1 <= q < s2 else i
-        if not _stays(X, a, b, x, y, z, nx, ny, nz) or not _stays(X, a, b, X[o, 0], X[o, 1], X[o, 2], nx, ny, nz):
+    for q in range(stencil.ring_size):
+        a, b = ring[q], ring[next_on_ring(stencil, q)]
+        o = j if is_of_j(stencil, q) else i
+        if (not _is_near_plane(X, a, b, x, y, z, nx, ny, nz)
+                or not _is_near_plane(X, a, b, X[o, 0], X[o, 1], X[o, 2], nx, ny, nz)):
             return False
-    a, b = ring[s2], ring[s1]
-    if not _stays(X, j, a, xi, yi, zi, nx, ny, nz) or not _stays(X, b, j, xi, yi, zi, nx, ny, nz):
+    a, b = ring[stencil.j_stop], ring[stencil.j_start]
+    if not _is_near_plane(X, j, a, xi, yi, zi, nx, ny, nz) or not _is_near_plane(X, b, j, xi, yi, zi, nx, ny, nz):
         return False
     ex, ey, ez = X[j, 0] - xi, X[j, 1] - yi, X[j, 2] - zi
     fx, fy, fz = _cross(nx, ny, nz, ex, ey, ez)
@@ -128,6 +136,7 @@ def place_flat(X, ring, r, s1, s2, i, j, x, y, z, uv):
     if not unit > 1e-60:
         return False
     ex, ey, ez, fx, fy, fz = ex / unit, ey / unit, ez / unit, fx / unit, fy / unit, fz / unit
+    r = stencil.ring_size
     for q in range(r + 1):
         if q < r:
             px, py, pz = X[ring[q], 0] - xi, X[ring[q], 1] - yi, X[ring[q], 2] - zi
@@ -135,102 +144,99 @@ def place_flat(X, ring, r, s1, s2, i, j, x, y, z, uv):
             px, py, pz = x - xi, y - yi, z - zi
         uv[q if q < r else r + 2] = complex(px * ex + py * ey + pz * ez, px * fx + py * fy + pz * fz)
     uv[r], uv[r + 1] = 0.0, 1.0
+    return _is_oriented(stencil, uv)
+
+
+@compiled
+def _summed_normal(X, stencil):
+    """The sum of the area-weighted normals of a closed stencil's faces: that of its boundary, seen from i."""
+    ring, i = stencil.ring, stencil.i
+    xi, yi, zi = X[i, 0], X[i, 1], X[i, 2]
+    nx = ny = nz = 0.0
+    for q in range(stencil.ring_size):
+        a, b = ring[q], ring[next_on_ring(stencil, q)]
+        px, py, pz = _cross(X[a, 0] - xi, X[a, 1] - yi, X[a, 2] - zi, X[b, 0] - xi, X[b, 1] - yi, X[b, 2] - zi)
+        nx, ny, nz = nx + px, ny + py, nz + pz
+    return nx, ny, nz
+
+
+@compiled
+def _is_oriented(stencil, uv):
+    """Whether the positions of an INNER stencil make a bijection: `distortion` without measuring it."""
+    r = stencil.ring_size
     extent2, crossings, k = 1.0, 0, uv[r + 2]
     for q in range(r):
         extent2 = max(extent2, _abs2(uv[q]))
     least = MIN_AREA * max(extent2, _abs2(k))
     for q in range(r):
-        a, b = uv[q], uv[q + 1 if q + 1 < r else 0]
-        if not twice_area(k, a, b) > least or not twice_area(uv[_owner(q, s1, s2, r)], a, b) > least:
+        a, b = uv[q], uv[next_on_ring(stencil, q)]
+        if not twice_area(k, a, b) > least or not twice_area(uv[_owner(stencil, q)], a, b) > least:
             return False
         crossings += a.imag < k.imag <= b.imag
-    return crossings == 1 and twice_area(uv[r], uv[r + 1], uv[s2]) > least and twice_area(uv[r + 1], uv[r], uv[s1]) > least
+    return (crossings == 1 and twice_area(uv[r], uv[r + 1], uv[stencil.j_stop]) > least
+            and twice_area(uv[r + 1], uv[r], uv[stencil.j_start]) > least)
 
 
 @compiled
-def place_convex(r, s1, s2, kind, uv):
-    """Positions uv (r + 3,) with the patch's boundary on a circle (Tutte 1963): always a bijection, but less conformal.
+def _place_border(stencil, work):
+    """Positions work.uv of the conformal map of an EDGE stencil, with the border a straight line on both sides of the
+    collapse; returns the largest distortion, infinite where no such map is a bijection.
 
-    Where the border edge allows it the border is a diameter with i, j and k on it; at an ear (a border vertex with one
-    face) the straight part has three vertices, and k takes the place of the end that stays a corner.
+    Three ways, and the one of least mean distortion is taken: 0, k at i with i, j and the first ring vertex in line; 1, k at j
+    with the last, i and j in line; 2, all of them in line with k between i and j.
     """
-    i, j, k = r, r + 1, r + 2
-    straight = kind == EDGE and 0 < s2 < r - 1
-    for q in range(r):
-        if kind == INNER:
-            angle = 2 * np.pi * q / r
-        elif straight:
-            angle = np.pi * q / (r - 1)
-        else:
-            angle = 2 * np.pi * (q + 1) / (r + 1)
-        uv[q] = complex(np.cos(angle), np.sin(angle))
-    if straight:
-        uv[0], uv[r - 1] = 1.0, -1.0
-        uv[i], uv[j], uv[k] = -1 / 3, 1 / 3, 0.0
-    elif kind == EDGE and s2 == 0:
-        uv[j], uv[k] = 1.0, 1.0
-        uv[i] = (uv[r - 1] + uv[j]) / 2
-    elif kind == EDGE:
-        uv[i], uv[k] = 1.0, 1.0
-        uv[j] = (uv[0] + uv[i]) / 2
-    else:
-        at_j = complex(0.0, 0.0)
-        for q in range(s1, s2 + 1):
-            at_j += uv[q if q < r else 0]
-        n_j = s2 - s1 + 2
-        if kind == ANCHORED:
-            uv[i], uv[k] = 1.0, 1.0
-            uv[j] = (at_j + uv[i]) / n_j
-        else:
-            at_i = uv[0]
-            for q in range(s2, r):
-                at_i += uv[q]
-            n_i = r - s2 + 2
-            uv[i] = (n_j * at_i + at_j) / (n_i * n_j - 1)
-            uv[j] = (at_j + uv[i]) / n_j
-            uv[k] = 0.0
-    origin, unit = uv[i], uv[j] - uv[i]
-    for q in range(r + 3):
-        uv[q] = (uv[q] - origin) / unit
-    if straight:
-        for q in (0, r - 1, i, j, k):
-            uv[q] = uv[q].real
-
-
-@compiled
-def flatten_jointly(X, ring, r, t, s1, s2, kind, i, j, x, y, z, limit, uv, cots, S, B, A):
-    """Fill uv (r + 3,) with the joint flattening of the collapse i, j -> (x, y, z); True if it is a usable bijection.
-
-    limit: largest distortion (s1 / s2 + s2 / s1) / 2 of a triangle that the conformal map may have; else the circle is
-    taken. cots, S, B, A are work space.
-    """
-    if kind == INNER and place_flat(X, ring, r, s1, s2, i, j, x, y, z, uv):
-        return True
-    measure(X, ring, r, t, s1, s2, kind, i, j, x, y, z, cots)
-    kk = assemble(r, t, s1, s2, kind, cots, S)
-    eliminate(r, t, kk, S, B)
+    uv, last = work.uv, stencil.ring_size - 1
     best = np.inf
-    if kind != EDGE:
-        if place(r, S, B, (False, False, False), 0.0 if kind == ANCHORED else -1.0, A, uv):
-            best, _ = check(r, t, s1, s2, kind, uv, cots)
-    else:
-        # k at i with i, j, first straight; k at j with last, i, j straight; all of them straight with k between
-        chosen, least = -1, np.inf
-        for way in range(4):
-            if way == 3:
-                if chosen < 0 or chosen == 2:
-                    break
-                way = chosen
-            flat = (way != 1, way != 0, True)
-            if not place(r, S, B, flat, -1.0 if way == 2 else float(way), A, uv):
-                continue
-            if (flat[0] and not uv[0].real > 1.0) or (flat[1] and not uv[r - 1].real < 0.0):
-                continue  # straight, but folded back on itself
-            worst, mean = check(r, t, s1, s2, kind, uv, cots)
-            if mean < least:
-                chosen, least, best = way, mean, worst
+    chosen, least = -1, np.inf
+    for way in range(4):
+        if way == 3:  # the chosen one once more, as a later way has overwritten it
+            if chosen < 0 or chosen == 2:
+                break
+            way = chosen
+        straight = (way != 1, way != 0, True)
+        if not place(stencil.ring_size, work, straight, -1.0 if way == 2 else float(way)):
+            continue
+        if (straight[0] and not uv[0].real > 1.0) or (straight[1] and not uv[last].real < 0.0):
+            continue  # straight, but folded back on itself
+        worst, mean = distortion(stencil, uv, work.cotangents)
+        if mean < least:
+            chosen, least, best = way, mean, worst
+    return best
+
+
+@compiled
+def flatten_jointly(X, stencil, point, limit, work):
+    """Fill work.uv with the joint flattening of the collapse of stencil.i and stencil.j to a point (Liu et al. 2020).
+
+    X (n, 3) float64: positions; point: a tuple x, y, z; work: a `Workspace`. True if the result is a usable bijection. work.uv
+    then holds, with n = stencil.ring_size, the positions of the ring in its first n entries, i = 0 and j = 1 in the next two
+    and those of k, the vertex that both become, in the one after. Triangles of both sides are counter-clockwise.
+    limit: the largest distortion (s1 / s2 + s2 / s1) / 2 of a triangle that the conformal map may have; else the ring is put
+    on a circle. That the ring has the same positions before and after makes the collapse a map of one side to the other:
+    a point of a triangle before goes to the point of the same position after.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.parameterization import INNER, Stencil, Workspace, flatten_jointly
+    >>> X = np.array([[0, 0, 0], [1, 0, 0], [.5, -1, 0], [2, 0, 0], [.5, 1, 0], [-1, 0, 0]])  # i, j, and a ring of four
+    >>> ring = np.array([2, 3, 4, 5], np.int32)
+    >>> stencil, work = Stencil(INNER, ring, np.zeros(6, np.int32), 4, 4, 0, 2, 0, 1), Workspace.make()
+    >>> bool(flatten_jointly(X, stencil, (.5, 0., 0.), 20.0, work))
+    True
+    >>> [(float(z.real), float(z.imag)) for z in work.uv[:7]]  # it is flat already: the ring; i; j; k
+    [(0.5, -1.0), (2.0, 0.0), (0.5, 1.0), (-1.0, 0.0), (0.0, 0.0), (1.0, 0.0), (0.5, 0.0)]
+    """
+    if stencil.kind == INNER and place_flat(X, stencil, point, work.uv):
+        return True
+    measure(X, stencil, point, work.cotangents)
+    diagonal_k = assemble(stencil, work.cotangents, work.ring_system)
+    eliminate(stencil, diagonal_k, work.ring_system, work.end_system)
+    best = np.inf
+    if stencil.kind == EDGE:
+        best = _place_border(stencil, work)
+    elif place(stencil.ring_size, work, (False, False, False), 0.0 if stencil.kind == ANCHORED else -1.0):
+        best, _ = distortion(stencil, work.uv, work.cotangents)
     if best < np.inf and best <= limit:
         return True
-    place_convex(r, s1, s2, kind, uv)
-    best, _ = check(r, t, s1, s2, kind, uv, cots)
+    place_convex(stencil, work.uv)
+    best, _ = distortion(stencil, work.uv, work.cotangents)
     return best < np.inf

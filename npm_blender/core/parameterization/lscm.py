@@ -1,19 +1,23 @@
 """Least-squares conformal map (LSCM, Levy et al. 2002) of both sides of a collapse at once, in O(ring).
 
-Planar positions are complex numbers; i = 0 and j = 1 are fixed. The energy of the triangles before and after, with the
-ring shared, then couples a ring vertex only to its two ring neighbours and to k. Ring vertices 1..r-2 are eliminated
-one after the other; what remains is a system of three: first and last ring vertex, and k.
+Positions in the plane are complex numbers; i = 0 and j = 1 are fixed. A triangle a, b, c with cotangents cot a, cot b, cot c
+of its angles has the energy sum over its corners of conj(u_a) Q_ab u_b with Q_aa = cot b + cot c and Q_ab = -cot c + i for
+the counter-clockwise step a -> b. That is 4 (D - A), with D = 1/2 integral |grad u|^2 its Dirichlet energy and A its signed
+area in the plane, and zero where the map of the triangle is a similarity. Summed over the triangles before and after the
+collapse, which share the ring, it couples a ring vertex only to its two ring neighbours and to k. The ring vertices between
+the first and the last are eliminated one after the other; what remains is a system of three: first and last, and k.
 """
 import numpy as np
 
 from ..jit import compiled
-from .stencil import ANCHORED, EDGE
+from .stencil import ANCHORED, EDGE, is_of_j, next_on_ring, third_vertex
 
 SLIVER = 0.01  # triangles thinner than this (height over longest side) are flattened as if they were this thick
+DIAGONAL, NEXT, FIRST, LAST, K, RHS = range(6)  # columns of Workspace.ring_system, see `assemble`
 
 
 @compiled
-def cotangents(ax, ay, az, bx, by, bz, cx, cy, cz):
+def angle_cotangents(ax, ay, az, bx, by, bz, cx, cy, cz):
     """Cotangents of the angles at a, b, c; thin triangles are thickened so that they stay those of a triangle."""
     ux, uy, uz = bx - ax, by - ay, bz - az
     vx, vy, vz = cx - ax, cy - ay, cz - az
@@ -40,95 +44,101 @@ def cotangents(ax, ay, az, bx, by, bz, cx, cy, cz):
 
 
 @compiled
-def measure(X, ring, r, t, s1, s2, kind, i, j, x, y, z, cots):
-    """Cotangents (2 t + 2, 3) of all triangles of the patch: ring faces before, faces on the edge, ring faces after.
+def measure(X, stencil, point, cotangents):
+    """Cotangents (2 sides + 2, 3) of all triangles: those on the ring before, on the edge, on the ring with k at `point`.
 
-    Corner order: owner, ring q, ring q + 1; (i, j, ring[s2]); (j, i, ring[s1]).
+    Order of corners: owner, ring vertex q, the next one; (i, j, ring[j_stop]); (j, i, ring[j_start]).
     """
-    for q in range(t):
-        a, b = ring[q], ring[q + 1 if q + 1 < r else 0]
-        o = j if s1 <= q < s2 else i
-        cots[q, 0], cots[q, 1], cots[q, 2] = cotangents(
+    ring, sides, i, j = stencil.ring, stencil.sides, stencil.i, stencil.j
+    x, y, z = point
+    for q in range(sides):
+        a, b = ring[q], ring[next_on_ring(stencil, q)]
+        o = j if is_of_j(stencil, q) else i
+        cotangents[q, 0], cotangents[q, 1], cotangents[q, 2] = angle_cotangents(
             X[o, 0], X[o, 1], X[o, 2], X[a, 0], X[a, 1], X[a, 2], X[b, 0], X[b, 1], X[b, 2])
-        cots[t + 2 + q, 0], cots[t + 2 + q, 1], cots[t + 2 + q, 2] = cotangents(
+        cotangents[sides + 2 + q, 0], cotangents[sides + 2 + q, 1], cotangents[sides + 2 + q, 2] = angle_cotangents(
             x, y, z, X[a, 0], X[a, 1], X[a, 2], X[b, 0], X[b, 1], X[b, 2])
-    c = ring[s2 if s2 < r else 0]
-    cots[t, 0], cots[t, 1], cots[t, 2] = cotangents(
+    c = ring[third_vertex(stencil)]
+    cotangents[sides, 0], cotangents[sides, 1], cotangents[sides, 2] = angle_cotangents(
         X[i, 0], X[i, 1], X[i, 2], X[j, 0], X[j, 1], X[j, 2], X[c, 0], X[c, 1], X[c, 2])
-    if kind != EDGE:
-        c = ring[s1]
-        cots[t + 1, 0], cots[t + 1, 1], cots[t + 1, 2] = cotangents(
+    if stencil.kind != EDGE:
+        c = ring[stencil.j_start]
+        cotangents[sides + 1, 0], cotangents[sides + 1, 1], cotangents[sides + 1, 2] = angle_cotangents(
             X[j, 0], X[j, 1], X[j, 2], X[i, 0], X[i, 1], X[i, 2], X[c, 0], X[c, 1], X[c, 2])
 
 
 @compiled
-def assemble(r, t, s1, s2, kind, cots, S):
-    """Fill the system S (r, 6) complex: per ring vertex its diagonal, coupling to the next one, to the first, to the
-    last, to k, and right-hand side. Returns the diagonal of k.
+def assemble(stencil, cotangents, S):
+    """Fill the system S (ring_size, 6) complex of the ring vertices; returns the diagonal entry of k.
 
-    The energy of a triangle is sum of conj(u_a) Q_ab u_b with Q_aa = cot b + cot c, Q_ab = -cot c + i for the
-    counter-clockwise step a -> b: twice Dirichlet energy minus signed area.
+    Columns: DIAGONAL; NEXT, FIRST, LAST, K: the coupling to the next ring vertex, to the first, to the last, to k; RHS: the
+    right-hand side.
     """
-    for q in range(r):
+    ring_size, sides = stencil.ring_size, stencil.sides
+    for q in range(ring_size):
         for s in range(6):
             S[q, s] = 0.0
-    kk = 0.0
-    for q in range(t):
-        p = q + 1 if q + 1 < r else 0
-        ca, cb, cc = cots[q, 0], cots[q, 1], cots[q, 2]  # owner, q, p
-        S[q, 0] += ca + cc
-        S[p, 0] += ca + cb
-        S[q, 1] += complex(-ca, 1.0)
-        if s1 <= q < s2:  # j = 1: owner -> q is ccw, p -> owner is ccw
-            S[q, 5] -= complex(-cc, -1.0)
-            S[p, 5] -= complex(-cb, 1.0)
-        ca, cb, cc = cots[t + 2 + q, 0], cots[t + 2 + q, 1], cots[t + 2 + q, 2]
-        S[q, 0] += ca + cc
-        S[p, 0] += ca + cb
-        S[q, 1] += complex(-ca, 1.0)
-        S[q, 4] += complex(-cc, -1.0)
-        S[p, 4] += complex(-cb, 1.0)
-        kk += cb + cc
-    p = s2 if s2 < r else 0  # face (i, j, p): j -> p ccw
-    S[p, 0] += cots[t, 0] + cots[t, 1]
-    S[p, 5] -= complex(-cots[t, 0], -1.0)
-    if kind != EDGE:  # face (j, i, p): p -> j ccw
-        S[s1, 0] += cots[t + 1, 0] + cots[t + 1, 1]
-        S[s1, 5] -= complex(-cots[t + 1, 1], 1.0)
-    if kind == ANCHORED:  # k is i, at 0
-        for q in range(r):
-            S[q, 4] = 0.0
-    return kk
+    diagonal_k = 0.0
+    for q in range(sides):
+        p = next_on_ring(stencil, q)
+        ca, cb, cc = cotangents[q, 0], cotangents[q, 1], cotangents[q, 2]  # owner, q, p
+        S[q, DIAGONAL] += ca + cc
+        S[p, DIAGONAL] += ca + cb
+        S[q, NEXT] += complex(-ca, 1.0)
+        if is_of_j(stencil, q):  # j = 1: owner -> q is counter-clockwise, p -> owner is
+            S[q, RHS] -= complex(-cc, -1.0)
+            S[p, RHS] -= complex(-cb, 1.0)
+        ca, cb, cc = cotangents[sides + 2 + q, 0], cotangents[sides + 2 + q, 1], cotangents[sides + 2 + q, 2]
+        S[q, DIAGONAL] += ca + cc
+        S[p, DIAGONAL] += ca + cb
+        S[q, NEXT] += complex(-ca, 1.0)
+        S[q, K] += complex(-cc, -1.0)
+        S[p, K] += complex(-cb, 1.0)
+        diagonal_k += cb + cc
+    p = third_vertex(stencil)  # face (i, j, p): j -> p is counter-clockwise
+    S[p, DIAGONAL] += cotangents[sides, 0] + cotangents[sides, 1]
+    S[p, RHS] -= complex(-cotangents[sides, 0], -1.0)
+    if stencil.kind != EDGE:  # face (j, i, p): p -> j is counter-clockwise
+        p = stencil.j_start
+        S[p, DIAGONAL] += cotangents[sides + 1, 0] + cotangents[sides + 1, 1]
+        S[p, RHS] -= complex(-cotangents[sides + 1, 1], 1.0)
+    if stencil.kind == ANCHORED:  # k is i, at 0
+        for q in range(ring_size):
+            S[q, K] = 0.0
+    return diagonal_k
 
 
 @compiled
-def eliminate(r, t, kk, S, B):
-    """Eliminate ring vertices 1..r-2; B (3, 4) becomes the system of the first, the last and k, right-hand last."""
-    last = r - 1
+def eliminate(stencil, diagonal_k, S, B):
+    """Eliminate all ring vertices but the first and the last (Gauss, for Hermitian systems) from S of `assemble`.
+
+    B (3, 4) complex becomes the system of the first, the last and k, with the right-hand side in its last column.
+    """
+    last = stencil.ring_size - 1
     for a in range(3):
         for b in range(4):
             B[a, b] = 0.0
-    B[0, 0], B[1, 1], B[2, 2] = S[0, 0].real, S[last, 0].real, kk
-    B[0, 2], B[1, 2] = S[0, 4], S[last, 4]
-    B[0, 3], B[1, 3] = S[0, 5], S[last, 5]
-    if t == r:  # closed: last -> first
-        B[1, 0] += S[last, 1]
-    if r == 2:
-        B[1, 0] += S[0, 1].conjugate()
+    B[0, 0], B[1, 1], B[2, 2] = S[0, DIAGONAL].real, S[last, DIAGONAL].real, diagonal_k
+    B[0, 2], B[1, 2] = S[0, K], S[last, K]
+    B[0, 3], B[1, 3] = S[0, RHS], S[last, RHS]
+    if stencil.sides == stencil.ring_size:  # closed: last -> first
+        B[1, 0] += S[last, NEXT]
+    if stencil.ring_size == 2:
+        B[1, 0] += S[0, NEXT].conjugate()
     else:
-        S[1, 2] += S[0, 1].conjugate()
-        S[last - 1, 3] += S[last - 1, 1]
+        S[1, FIRST] += S[0, NEXT].conjugate()
+        S[last - 1, LAST] += S[last - 1, NEXT]
         for q in range(1, last):
-            d = S[q, 0].real
-            f, g, h, w = S[q, 2] / d, S[q, 3] / d, S[q, 4] / d, S[q, 5] / d
-            fc, gc, hc = S[q, 2].conjugate(), S[q, 3].conjugate(), S[q, 4].conjugate()
+            d = S[q, DIAGONAL].real
+            f, g, h, w = S[q, FIRST] / d, S[q, LAST] / d, S[q, K] / d, S[q, RHS] / d
+            fc, gc, hc = S[q, FIRST].conjugate(), S[q, LAST].conjugate(), S[q, K].conjugate()
             if q + 1 < last:
-                nc = S[q, 1].conjugate()
-                S[q + 1, 0] -= nc * (S[q, 1] / d)
-                S[q + 1, 2] -= nc * f
-                S[q + 1, 3] -= nc * g
-                S[q + 1, 4] -= nc * h
-                S[q + 1, 5] -= nc * w
+                nc = S[q, NEXT].conjugate()
+                S[q + 1, DIAGONAL] -= nc * (S[q, NEXT] / d)
+                S[q + 1, FIRST] -= nc * f
+                S[q + 1, LAST] -= nc * g
+                S[q + 1, K] -= nc * h
+                S[q + 1, RHS] -= nc * w
             B[0, 0] -= fc * f
             B[1, 1] -= gc * g
             B[2, 2] -= hc * h
@@ -144,15 +154,15 @@ def eliminate(r, t, kk, S, B):
 
 
 @compiled
-def _solve_border(B, flat, k_at, A):
-    """Solve B for (first, last, k) with the flagged ones real and k fixed if k_at >= 0; A (6, 7) is work space."""
+def _solve_ends(B, straight, k_at, A):
+    """Solve B for (first, last, k), those of `straight` real and k fixed if k_at >= 0, by Gauss; A (6, 7): the real system."""
     for a in range(3):
         for b in range(3):
             re, im = B[a, b].real, B[a, b].imag
             A[2 * a, 2 * b], A[2 * a, 2 * b + 1], A[2 * a + 1, 2 * b], A[2 * a + 1, 2 * b + 1] = re, -im, im, re
         A[2 * a, 6], A[2 * a + 1, 6] = B[a, 3].real, B[a, 3].imag
     for v in range(6):
-        fixed, value = flat[v // 2] and v % 2 == 1, 0.0
+        fixed, value = straight[v // 2] and v % 2 == 1, 0.0
         if v // 2 == 2 and k_at >= 0:
             fixed, value = True, (k_at if v == 4 else 0.0)
         if fixed:
@@ -179,15 +189,20 @@ def _solve_border(B, flat, k_at, A):
 
 
 @compiled
-def place(r, S, B, flat, k_at, A, uv):
-    """Positions uv (r + 3,) of ring, i, j, k from the eliminated system; False if it is singular."""
-    if not _solve_border(B, flat, k_at, A):
+def place(ring_size, work, straight, k_at):
+    """Positions work.uv of the ring, i, j and k from the eliminated system; False if it is singular.
+
+    straight: for the first ring vertex, the last and k, whether it is to lie on the line through i and j; k_at: where k lies
+    on that line, or negative where it is free.
+    """
+    S, A, uv = work.ring_system, work.real_system, work.uv
+    if not _solve_ends(work.end_system, straight, k_at, A):
         return False
     first, last, k = complex(A[0, 6], A[1, 6]), complex(A[2, 6], A[3, 6]), complex(A[4, 6], A[5, 6])
-    uv[0], uv[r - 1], uv[r], uv[r + 1], uv[r + 2] = first, last, 0.0, 1.0, k
-    for q in range(r - 2, 0, -1):
-        s = S[q, 5] - S[q, 2] * first - S[q, 3] * last - S[q, 4] * k
-        if q + 1 < r - 1:
-            s -= S[q, 1] * uv[q + 1]
-        uv[q] = s / S[q, 0].real
+    uv[0], uv[ring_size - 1], uv[ring_size], uv[ring_size + 1], uv[ring_size + 2] = first, last, 0.0, 1.0, k
+    for q in range(ring_size - 2, 0, -1):
+        s = S[q, RHS] - S[q, FIRST] * first - S[q, LAST] * last - S[q, K] * k
+        if q + 1 < ring_size - 1:
+            s -= S[q, NEXT] * uv[q + 1]
+        uv[q] = s / S[q, DIAGONAL].real
     return True

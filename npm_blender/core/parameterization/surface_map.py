@@ -10,70 +10,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..jit import compiled
-from .collapse_record import AT, FIRST, RING, S1, S2, SIDES, CollapseRecord
-from .stencil import MAX_RING
+from .collapse_record import FIRST, SIDES, CollapseRecord
+from .recorded_stencil import face_count, is_on_border, recorded_stencil, triangle_corners
+from .stencil import MAX_RING, SPARE
 
 _SNAP = 1e-10  # barycentric coordinates below this are zero
 
 
-@compiled(inline="always")
-def _patch(hist, c):
-    """Collapse c in a few numbers: (AT, RING, SIDES, S1, S2), number of its faces before it."""
-    at, r, t = hist.collapses[c, AT], hist.collapses[c, RING], hist.collapses[c, SIDES]
-    s1, s2 = hist.collapses[c, S1], hist.collapses[c, S2]
-    return (np.int64(at), np.int64(r), np.int64(t), np.int64(s1), np.int64(s2),
-            np.int64(hist.collapses[c + 1, FIRST] - hist.collapses[c, FIRST]))
-
-
-@compiled(inline="always")
-def _triangle(patch, q, before):
-    """Indices into uv of the corners (owner, next, next) of entry number q of a patch, before or after the collapse."""
-    at, r, t, s1, s2, _ = patch
-    i = at + r
-    if q < t:
-        owner = i + 2
-        if before:
-            owner = i + 1 if s1 <= q < s2 else i
-        return owner, at + q, at + (q + 1 if q + 1 < r else 0)
-    if q == t:
-        return i, i + 1, at + (s2 if s2 < r else 0)
-    return i + 1, i, at + s1
-
-
 @compiled
-def _on_border(patch, q, before, corner):
-    """Whether the side opposite to a corner (0: owner) of entry number q of a patch is on the mesh's border."""
-    _, r, t, s1, s2, faces = patch
-    if r == t:
-        return False
-    anchored = faces == t + 2
-    if q < t:
-        if corner == 2 and q == 0:
-            return not before or (s1 > 0 if anchored else s2 > 0)
-        return corner == 1 and q == t - 1 and (not before or s2 < r - 1)
-    if q == t:
-        if corner == 1:
-            return s2 == r - 1
-        return not anchored and (corner == 2 or s2 == 0)
-    return corner == 0 and s1 == 0
-
-
-@compiled(inline="always")
-def _count(patch, before):
-    """Number of faces of a patch, before or after the collapse."""
-    return patch[5] if before else patch[2]
-
-
-@compiled
-def _along_border(hist, first, patch, p, to_before, b):
-    """Put p on the nearest border side of the other side of a patch; returns its entry, b (3,) gets barycentrics."""
+def _along_border(record, first, stencil, p, to_before, b):
+    """Put p on the nearest border edge of a stencil, before or after the collapse; returns the place of its face in
+    `record.faces`, and b (3,) gets the barycentrics."""
     nearest, at, corner, share = np.inf, 0, 0, 0.0
-    for q in range(_count(patch, to_before)):
-        a0, a1, a2 = _triangle(patch, q, to_before)
+    for q in range(face_count(stencil, to_before)):
+        a0, a1, a2 = triangle_corners(stencil, q, to_before)
         for s in range(3):
-            if not _on_border(patch, q, to_before, s):
+            if not is_on_border(stencil, q, to_before, s):
                 continue
-            u, v = hist.uv[a1 if s == 0 else (a2 if s == 1 else a0)], hist.uv[a2 if s == 0 else (a0 if s == 1 else a1)]
+            u, v = record.uv[a1 if s == 0 else (a2 if s == 1 else a0)], record.uv[a2 if s == 0 else (a0 if s == 1 else a1)]
             d, e = v - u, p - u
             x = (d.real * e.real + d.imag * e.imag) / (d.real * d.real + d.imag * d.imag)
             x = 0.0 if x < _SNAP else (1.0 if x > 1.0 - _SNAP else x)
@@ -81,7 +35,7 @@ def _along_border(hist, first, patch, p, to_before, b):
             gap2 = gap.real * gap.real + gap.imag * gap.imag
             if gap2 < nearest:
                 nearest, at, corner, share = gap2, q, s, x
-    k = (hist.faces[first + at] & 3) + corner
+    k = (record.faces[first + at] & 3) + corner
     b[k % 3], b[(k + 1) % 3], b[(k + 2) % 3] = 0.0, 1.0 - share, share
     return first + at
 
@@ -92,35 +46,35 @@ def _cross(a, b):
 
 
 @compiled(inline="always")
-def _areas(hist, patch, q, before, p):
-    """Twice the areas of the triangles of p with the sides opposite to the corners of entry number q of a patch."""
-    a0, a1, a2 = _triangle(patch, q, before)
-    u, v, w = hist.uv[a0] - p, hist.uv[a1] - p, hist.uv[a2] - p
+def _areas(record, stencil, q, before, p):
+    """Twice the areas of the triangles of p with the sides opposite to the corners of face number q of a stencil."""
+    a0, a1, a2 = triangle_corners(stencil, q, before)
+    u, v, w = record.uv[a0] - p, record.uv[a1] - p, record.uv[a2] - p
     return _cross(v, w), _cross(w, u), _cross(u, v)
 
 
 @compiled(inline="always")
-def _holding(hist, patch, p, before, first):
-    """The entry number of a patch whose triangle, before or after the collapse, holds p, and its `_areas`; -1 where rounding
+def _holding(record, stencil, p, before, first):
+    """The number of a stencil's face whose triangle, before or after the collapse, holds p, and its `_areas`; -1 where rounding
     leaves none. first: the number that is tried first, that of the face which the point comes from."""
-    count = _count(patch, before)
+    count = face_count(stencil, before)
     if first < count:
-        x, y, z = _areas(hist, patch, first, before, p)
+        x, y, z = _areas(record, stencil, first, before, p)
         if x >= 0.0 and y >= 0.0 and z >= 0.0:
             return first, x, y, z
     for q in range(count - 1, -1, -1):  # the faces that vanish are the likeliest
-        x, y, z = _areas(hist, patch, q, before, p)
+        x, y, z = _areas(record, stencil, q, before, p)
         if x >= 0.0 and y >= 0.0 and z >= 0.0:
             return q, x, y, z
     return -1, 0.0, 0.0, 0.0
 
 
 @compiled
-def _nearest(hist, patch, p, before):
+def _nearest(record, stencil, p, before):
     """As `_holding`, for the triangle that p misses by the least share of its area; what is missed is zero."""
     best, number, x, y, z = -np.inf, 0, 1.0, 0.0, 0.0
-    for q in range(_count(patch, before)):
-        dx, dy, dz = _areas(hist, patch, q, before, p)
+    for q in range(face_count(stencil, before)):
+        dx, dy, dz = _areas(record, stencil, q, before, p)
         least = min(dx, dy, dz) / (dx + dy + dz)
         if least > best:
             best, number, x, y, z = least, q, max(dx, 0.0), max(dy, 0.0), max(dz, 0.0)
@@ -128,28 +82,28 @@ def _nearest(hist, patch, p, before):
 
 
 @compiled(inline="always")
-def _step(hist, first, patch, number, b, to_before):
-    """Move barycentrics b (3,) of the face of entry number `number` of a patch, whose entries begin at `first`, to the other
-    side of the collapse; returns the new face's entry."""
-    k0 = np.int64(hist.faces[first + number] & 3)
+def _step(record, first, stencil, number, b, to_before):
+    """Move barycentrics b (3,) of face number `number` of a stencil to the other side of the collapse; returns where in
+    `record.faces` the new face is. first: where the stencil's faces begin there."""
+    k0 = np.int64(record.faces[first + number] & 3)
     k1 = k0 + 1 if k0 < 2 else 0
     k2 = k1 + 1 if k1 < 2 else 0
-    a0, a1, a2 = _triangle(patch, number, not to_before)
-    u, v, w = hist.uv[a0], hist.uv[a1], hist.uv[a2]
+    a0, a1, a2 = triangle_corners(stencil, number, not to_before)
+    u, v, w = record.uv[a0], record.uv[a1], record.uv[a2]
     p = complex(b[k0] * u.real + b[k1] * v.real + b[k2] * w.real, b[k0] * u.imag + b[k1] * v.imag + b[k2] * w.imag)
-    _, ring, sides, _, _, faces = patch
-    border_vertex = ring > sides and (to_before or faces == sides + 1)
+    sides = stencil.sides
+    border_vertex = stencil.ring_size > sides and (to_before or stencil.face_count == sides + 1)
     if border_vertex and b[k0] == 1.0:
-        return _along_border(hist, first, patch, p, to_before, b)
+        return _along_border(record, first, stencil, p, to_before, b)
     for s in range(3):
-        if b[k0 if s == 0 else (k1 if s == 1 else k2)] == 0.0 and _on_border(patch, number, not to_before, s):
-            return _along_border(hist, first, patch, p, to_before, b)
-    at, x, y, z = _holding(hist, patch, p, to_before, number)
+        if b[k0 if s == 0 else (k1 if s == 1 else k2)] == 0.0 and is_on_border(stencil, number, not to_before, s):
+            return _along_border(record, first, stencil, p, to_before, b)
+    at, x, y, z = _holding(record, stencil, p, to_before, number)
     if at < 0:
-        at, x, y, z = _nearest(hist, patch, p, to_before)
+        at, x, y, z = _nearest(record, stencil, p, to_before)
     total = x + y + z
     entry = first + at
-    k0 = np.int64(hist.faces[entry] & 3)
+    k0 = np.int64(record.faces[entry] & 3)
     k1 = k0 + 1 if k0 < 2 else 0
     b[k0], b[k1], b[k1 + 1 if k1 < 2 else 0] = x / total, y / total, z / total
     for s in range(3):
@@ -161,24 +115,24 @@ def _step(hist, first, patch, number, b, to_before):
 
 
 @compiled(inline="always")
-def _move(hist, c, to_before, face, b, on, link, waiting):
+def _move(record, c, to_before, face, b, on, link, waiting):
     """Undo (to_before) or repeat collapse c for all points on its faces at once; see `_undo_all`."""
-    first = hist.collapses[c, FIRST]
-    count = hist.collapses[c, SIDES] if to_before else hist.collapses[c + 1, FIRST] - first
+    first = record.collapses[c, FIRST]
+    count = record.collapses[c, SIDES] if to_before else record.collapses[c + 1, FIRST] - first
     some = False
     for q in range(count):
-        p = on[hist.faces[first + q] >> 2]
+        p = on[record.faces[first + q] >> 2]
         waiting[q] = p
         some |= p >= 0
     if not some:
         return
     for q in range(count):
-        on[hist.faces[first + q] >> 2] = -1
-    patch = _patch(hist, c)
+        on[record.faces[first + q] >> 2] = -1
+    stencil = recorded_stencil(record, c)
     for q in range(count):
         p = waiting[q]
         while p >= 0:
-            f = hist.faces[_step(hist, first, patch, q, b[p], to_before)] >> 2
+            f = record.faces[_step(record, first, stencil, q, b[p], to_before)] >> 2
             p_next = link[p]
             link[p] = on[f]
             on[f] = p
@@ -187,20 +141,20 @@ def _move(hist, c, to_before, face, b, on, link, waiting):
 
 
 @compiled
-def _undo_all(hist, face, b, on, link, waiting):
+def _undo_all(record, face, b, on, link, waiting):
     """Move points, face (k,) and barycentrics b (k, 3), through all collapses, last one first.
 
     on (m,): the first point on each input face, or -1; link (k,): the next one on the same face; waiting: work space.
     """
-    for c in range(len(hist.collapses) - 2, -1, -1):
-        _move(hist, c, True, face, b, on, link, waiting)
+    for c in range(len(record.collapses) - 2, -1, -1):
+        _move(record, c, True, face, b, on, link, waiting)
 
 
 @compiled
-def _repeat_all(hist, face, b, on, link, waiting):
+def _repeat_all(record, face, b, on, link, waiting):
     """The inverse of `_undo_all`."""
-    for c in range(len(hist.collapses) - 1):
-        _move(hist, c, False, face, b, on, link, waiting)
+    for c in range(len(record.collapses) - 1):
+        _move(record, c, False, face, b, on, link, waiting)
 
 
 @compiled
@@ -217,6 +171,18 @@ class SurfaceMap:
 
     record: the collapses; faces (m0,) int32 ascending: the number in the record of each base face, whose corners come in the
     same order; input_faces: number of faces of the input.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.decimation import decimate
+    >>> from npm_blender.core.mesh import TriMesh
+    >>> V = np.array([[x, y, 0.0] for y in (0, 1, 2) for x in (0, 1, 2)])
+    >>> quads = [[0, 1, 4, 3], [1, 2, 5, 4], [3, 4, 7, 6], [4, 5, 8, 7]]
+    >>> mesh = TriMesh.from_arrays(V, [t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
+    >>> base = decimate(mesh, 2)  # a square of eight faces, and its two halves
+    >>> face, b = base.surface_map.coarse_to_fine([0, 1], [[1/3, 1/3, 1/3], [1/3, 1/3, 1/3]])
+    >>> face, b = base.surface_map.fine_to_coarse(face, b)  # the map is a bijection: there and back is the identity
+    >>> face.tolist(), bool(np.allclose(b, 1/3))
+    ([0, 1], True)
     """
 
     record: CollapseRecord
@@ -241,4 +207,4 @@ class SurfaceMap:
         """Move points by `_undo_all` or `_repeat_all`; changes face (k,) int32 and b (k, 3)."""
         on, link = np.full(self.input_faces, -1, np.int32), np.empty(len(face), np.int32)
         _list_by_face(face, on, link)
-        way(self.record, face, b, on, link, np.empty(MAX_RING + 8, np.int32))
+        way(self.record, face, b, on, link, np.empty(MAX_RING + SPARE, np.int32))

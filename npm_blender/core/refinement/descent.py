@@ -1,7 +1,7 @@
 """Gradient descent through the fixed decoder, and how far its meshes are from the input.
 
 Distances are to the nearest points of the input, not to fixed targets: sliding along the surface costs nothing. With
-`refine` and `offsetfit`, which say what is fitted, this is all of the core that needs torch.
+`refiner` and `offset_fit`, which say what is fitted, this is all of the core that needs torch.
 """
 
 import os
@@ -28,7 +28,21 @@ REQUERY = 10  # steps between searches for the nearest points
 
 @dataclass(frozen=True)
 class Target:
-    """What the decoded mesh is compared with: the input mesh in the unit frame and its surface, its LoD sequence."""
+    """What the decoded mesh is compared with: the input mesh in the unit frame and its surface, its LoD sequence.
+
+    levels: 0..L of the sequence.
+
+    >>> from npm_blender.core import LodSettings, TriMesh, build_lod
+    >>> from npm_blender.core.geometry import ClosestPoints
+    >>> from npm_blender.core.mesh import hierarchy
+    >>> from npm_blender.core.refinement import Target
+    >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    >>> mesh = TriMesh.from_arrays(V, F)
+    >>> lod = build_lod(mesh, LodSettings(base_faces=4, levels=1))
+    >>> target = Target(mesh, ClosestPoints(mesh), lod, hierarchy(lod.F0, len(lod.V0), 1))
+    >>> target.surface.closest(target.lod.V)[0].max() < 1e-6
+    True
+    """
 
     mesh: TriMesh
     surface: ClosestPoints

@@ -16,10 +16,26 @@ ROUNDED = 0.6  # share of the steps after which the decoder sees rounded offsets
 
 
 class OffsetFit:
-    """Fits the offsets of one mesh on a base and latents that stay.
+    """Fits the offsets of one mesh on a base and latents that stay; ours.
 
     descent: of the mesh; V0 (n0, 3); latents: (m_i, 8) per level, as the receiver has them; sent: (e_i,) per level, the
-    offsets of the pass before, unit frame; steps (L,): quantization steps, unit frame; bit: share of the loss for a bit.
+    offsets of the pass before, unit frame; steps (L,): quantization steps, unit frame; bit: share of the loss for a bit. The
+    loss is that of `Refiner`, plus bit sum_e log2(1 + |o_e|) for integers o_e.
+
+    >>> import numpy as np
+    >>> from npm_blender.core import LodSettings, TriMesh, build_lod
+    >>> from npm_blender.core.geometry import ClosestPoints
+    >>> from npm_blender.core.mesh import hierarchy
+    >>> from npm_blender.core.network import load_weights
+    >>> from npm_blender.core.refinement import OffsetFit, Refiner, Target
+    >>> V, F = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    >>> mesh = TriMesh.from_arrays(V, F)
+    >>> lod = build_lod(mesh, LodSettings(base_faces=4, levels=1))
+    >>> levels, params = hierarchy(lod.F0, len(lod.V0), 1), load_weights().params
+    >>> refiner = Refiner(params, Target(mesh, ClosestPoints(mesh), lod, levels), steps=1)
+    >>> fit = OffsetFit(refiner, lod.V0, [np.zeros((4, 8))], [np.zeros(6)], np.array([0.01]), bit=1e-5)
+    >>> [integers.shape for integers in fit.whole([np.zeros(6)])]
+    [(6,)]
     """
 
     def __init__(

@@ -1,71 +1,81 @@
-"""Base vertices whose point of the map lies far from them walk home: towards their own place, the finer ones follow.
+"""Base vertices whose point of the map lies far from them return to their own position, and the finer vertices follow.
 
 Where faces are long and flat, as in models of machine parts, the flattenings of many collapses push the point of a base
-vertex along the surface, and all faces round it with it. Kept is what turns no more faces and is no worse otherwise
-(see `patch.better`).
+vertex along the surface, and all faces round it with it. Kept is what flips no more faces and is no worse otherwise
+(see `trial.better`). The method is ours.
 """
-from ..geometry import put_at, trace_geodesic
+from ..geometry import move_point, trace_geodesic
 from ..jit import compiled
 from .propagation import propagate
-from .trial import add, better, commit, fitness, gather, restore, save
+from .trial import TIME, add, begin, better, commit, fitness, gather, restore, save
 
-FAR = 0.1  # distance from home, in lengths of an edge of level 1, from which on a vertex walks
-STEPS = 4  # walks, each straight at home
+FAR = 0.1  # distance from its own position, in lengths of an edge of level 1, from which on a vertex returns
+STEPS = 4  # traces over the surface, each straight towards that position
 NEARER = 0.7  # share of the distance that may be left
 
 
 @compiled
-def _gap(P, home, v):
-    """Vector from vertex v to its home, and its squared length."""
-    x, y, z = home[v, 0] - P[v, 0], home[v, 1] - P[v, 1], home[v, 2] - P[v, 2]
+def _gap(P, base, v):
+    """Vector from vertex v to its base position, and its squared length."""
+    x, y, z = base[v, 0] - P[v, 0], base[v, 1] - P[v, 1], base[v, 2] - P[v, 2]
     return x, y, z, x * x + y * y + z * z
 
 
 @compiled
-def _stuck(rings, patch, v):
-    """Whether base vertex v failed to walk home, and nothing round it moved since."""
-    last = patch.stuck[v]
+def _failed_before(rings, region, v):
+    """Whether base vertex v could not return before, and nothing round it moved since."""
+    last = region.times.base[v]
     for k in range(rings.at[0, v], rings.at[0, v + 1]):
-        if patch.moved[rings.around[k]] >= last:
+        if region.times.moved[rings.around[k]] >= last:
             return False
     return last > 0
 
 
 @compiled
-def return_to_base_positions(surface, rings, points, home, first, last, patch):
-    """Let the base vertices first..last - 1 walk to home (n0, 3); returns how many did."""
-    P, w, done = points.P, patch.w, 0
-    for v in range(first, min(last, len(home))):
+def _traced(surface, points, base, v, region):
+    """The face of the point that traces from v towards its base position end in; its barycentrics are in region.search.tried, and
+    v is there."""
+    w = region.search.tried
+    for _ in range(STEPS):
+        x, y, z, _ = _gap(points.P, base, v)
+        w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
+        g = trace_geodesic(surface, points.face[v], w, x, y, z)
+        move_point(surface, points, v, g, w)
+    w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
+    return points.face[v]
+
+
+@compiled
+def return_to_base_positions(surface, rings, points, base, first, last, region):
+    """Move those of the base vertices first..last - 1 that are far from their positions base (n0, 3) towards them; returns how
+    many moved."""
+    P, done = points.P, 0
+    for v in range(first, min(last, len(base))):
         if rings.at[0, v] == rings.at[0, v + 1]:
             continue
-        gap = _gap(P, home, v)[3]
+        gap = _gap(P, base, v)[3]
         o = rings.around[rings.at[0, v]]
         side = (P[o, 0] - P[v, 0]) ** 2 + (P[o, 1] - P[v, 1]) ** 2 + (P[o, 2] - P[v, 2]) ** 2
-        if gap < FAR * FAR * side or _stuck(rings, patch, v):
+        if gap < FAR * FAR * side or _failed_before(rings, region, v):
             continue
-        patch.state[3] += 1
-        patch.stuck[v] = patch.state[3]
-        patch.state[0] += 1
-        patch.vertices[0], patch.mark[v] = v, patch.state[0]
-        save(points, patch, 1)
-        for _ in range(STEPS):
-            x, y, z, _ = _gap(P, home, v)
-            w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
-            g = trace_geodesic(surface, points.face[v], w, x, y, z)
-            put_at(surface, points, v, g, w)
-        far = _gap(P, home, v)[3] > NEARER * NEARER * gap
-        g, w[0], w[1], w[2] = points.face[v], points.b[v, 0], points.b[v, 1], points.b[v, 2]
-        restore(points, patch, 1)
-        count = 0 if far else gather(rings, -1, patch, add(v, patch, 0))
+        region.state[TIME] += 1
+        region.times.base[v] = region.state[TIME]
+        begin(region)
+        count = add(v, region, 0)
+        save(points, region, 1)
+        g = _traced(surface, points, base, v, region)
+        far = _gap(P, base, v)[3] > NEARER * NEARER * gap
+        restore(points, region, 1)
+        count = 0 if far else gather(rings, -1, region, count)
         if count == 0:
             continue
-        save(points, patch, count)
-        before = fitness(rings, points, patch)
-        put_at(surface, points, v, g, w)
-        _, all_carried = propagate(surface, rings, points, -1, patch, before[0])
-        if all_carried and better(rings, points, patch, before, before[0], 1.0, 1.0):
-            commit(patch, count)
+        save(points, region, count)
+        before = fitness(rings, points, region)
+        move_point(surface, points, v, g, region.search.tried)
+        _, complete = propagate(surface, rings, points, -1, region, before.flipped)
+        if complete and better(rings, points, region, before, before.flipped, 1.0, 1.0):
+            commit(region, count)
             done += 1
         else:
-            restore(points, patch, count)
+            restore(points, region, count)
     return done

@@ -1,4 +1,4 @@
-"""The faces round each vertex of levels 1..L, in the order in which they lie, and what they measure."""
+"""The one-rings of all vertices of levels 1..L: the neighbours and faces round each, in the order in which they lie."""
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,8 @@ from ..mesh import Level
 
 
 class OneRings(NamedTuple):
-    """Levels 1..L in one: faces F (m, 3), concatenated; first (L + 1,): the first face of each level, and the end.
+    """Levels 1..L in one, as compressed rows. Faces F (m, 3), concatenated; first (L + 1,): the first face of each level, and
+    the end.
 
     around[at[k, v]:at[k, v + 1]]: the neighbours of v at level k + 1 in their order, none where v is fixed; faces, beside
     it: the face of v, that neighbour and the next. parents (n, 2): ends of the edge that a vertex halves, -1 for the base.

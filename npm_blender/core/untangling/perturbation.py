@@ -1,21 +1,33 @@
-"""A turned face that no single step mends: its surroundings are smoothed, or thrown about at random, and mended again.
+"""A flipped face that no step of a single vertex turns back: its surroundings are smoothed, or moved at random, and single
+vertices are relocated from there.
 
-Kept is what leaves fewer turned faces, over all levels, and is no worse otherwise (see `patch.better`); else everything
-goes back to where it was. The random steps are seeded, so the result is the same on every run.
+Kept is what leaves fewer flipped faces, over all levels, and is no worse otherwise (see `trial.better`); else everything
+goes back to where it was (see `trial_schedule`, which also says which tries are made). The method is ours.
 """
+from typing import NamedTuple
+
 import numpy as np
 
-from ..geometry import is_flipped, put_at, trace_geodesic
+from ..geometry import FLIPPED_SURFACE, is_flipped, move_point, trace_geodesic
 from ..jit import compiled
 from .propagation import propagate
-from .trial import SMOOTHED, add, add_neighbours, better, changed, fitness, gather, restore, save, turned
+from .trial import MARK, RANDOM, TIME, TRIAL_TIME, WORK_LEFT, better, changed, count_flipped
 from .vertex_moves import FARTHER, middle, relocate_vertex
 
 SMOOTH = 2  # steps of smoothing
 LEAST = 0.15  # random step of the first trial, in mean lengths of the face's sides; of the last: 1
 SWEEPS = 4
-WORSE, WORSE_OF = 10, 16  # so many turned faces more than before, or one in so many of the patch's, are not mended
-STEP = 5  # work of improving a vertex, in vertices moved
+WORSE, WORSE_OF = 10, 16  # a try that flips so many faces more than before, or one in so many of the region's, is given up
+STEP = 5  # work of relocating a vertex, in vertices moved
+MULTIPLIER, INCREMENT = 6364136223846793005, 1442695040888963407  # of the random numbers (Knuth's MMIX)
+
+
+class Effort(NamedTuple):
+    """How hard a face is tried: with less than `trials` random steps, numbered from 1 on, for a place that keeps the share
+    `covered` of the projected area."""
+
+    trials: int
+    covered: float
 
 
 @compiled
@@ -29,194 +41,125 @@ def _size(F, P, f):
 
 
 @compiled
-def _perturb(surface, points, v, size, patch):
-    """Walk v by up to `size` in each coordinate."""
-    w, s = patch.w, patch.state
-    for c in range(3):
-        s[1] = s[1] * 6364136223846793005 + 1442695040888963407
-        patch.where[c] = size * (((s[1] >> 33) & 0xFFFFF) / 524288.0 - 1.0)
-    w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
-    g = trace_geodesic(surface, points.face[v], w, patch.where[0], patch.where[1], patch.where[2])
-    put_at(surface, points, v, g, w)
+def seed(state, f, trials, number):
+    """Start the random numbers of a try: state[RANDOM]."""
+    state[RANDOM] = (f * 1_000_003 + trials * 8191 + number) * MULTIPLIER + INCREMENT
 
 
 @compiled
-def _smooth(surface, rings, points, level, patch, count):
-    """Walk the patch's first vertices towards the middles of their rings of a level, some times."""
-    w = patch.w
+def _random(state):
+    """The next random number, -1..1: a linear congruential generator modulo 2^64, of which 20 bits are used."""
+    state[RANDOM] = state[RANDOM] * MULTIPLIER + INCREMENT
+    return ((state[RANDOM] >> 33) & 0xFFFFF) / 524288.0 - 1.0
+
+
+@compiled
+def _move(surface, points, v, x, y, z, w):
+    """Move point v by (x, y, z) over the surface; w (3,): work space."""
+    w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
+    g = trace_geodesic(surface, points.face[v], w, x, y, z)
+    move_point(surface, points, v, g, w)
+
+
+@compiled
+def _perturb(surface, points, region, count, size):
+    """Move the region's first vertices by up to `size` in each coordinate, at random."""
+    for i in range(count):
+        x = size * _random(region.state)
+        y = size * _random(region.state)
+        z = size * _random(region.state)
+        _move(surface, points, region.vertices[i], x, y, z, region.search.tried)
+
+
+@compiled
+def _smooth(surface, rings, points, level, region, count):
+    """Move the region's first vertices to the middles of their rings of a level, some times."""
     for _ in range(SMOOTH):
         for i in range(count):
-            v = patch.vertices[i]
+            v = region.vertices[i]
             x, y, z = middle(rings, points.P, v, level)
-            w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
-            g = trace_geodesic(surface, points.face[v], w, x - points.P[v, 0], y - points.P[v, 1], z - points.P[v, 2])
-            put_at(surface, points, v, g, w)
+            _move(surface, points, v, x - points.P[v, 0], y - points.P[v, 1], z - points.P[v, 2], region.search.tried)
 
 
 @compiled
-def mend(surface, rings, points, f, level, patch, within, moved, time, thorough, covered):
-    """Improve the free corners of face f of a level while it is turned; within: only those of the patch.
+def relocate_corners(surface, rings, points, f, level, region, within, thorough, covered):
+    """Relocate the free corners of face f of a level, one after the other, while it is flipped; True if one moved.
 
-    True if one moved, whose time is noted in moved (n,).
+    within: only those of the region, in a trial; when they moved is noted in trial_times, else in times.
+    thorough, covered: see `relocate_vertex`.
     """
+    moved = region.trial_times.moved if within else region.times.moved
+    time = region.state[TRIAL_TIME] if within else region.state[TIME]
     found = False
     for c in range(3):
         v = rings.F[f, c]
-        if not is_flipped(rings.F, points.P, points.N, f):
+        if not is_flipped(rings.F, points.P, points.N, f, FLIPPED_SURFACE):
             break
-        if not rings.fixed[v] and (not within or patch.mark[v] == patch.state[0]):
-            patch.state[2] -= STEP
-            if relocate_vertex(surface, rings, points, f, c, level, len(rings.at), patch.w, patch.best, patch.where,
-                               thorough, covered):
+        if not rings.fixed[v] and (not within or region.mark[v] == region.state[MARK]):
+            region.state[WORK_LEFT] -= STEP
+            if relocate_vertex(surface, rings, points, f, c, level, region.search, thorough, covered):
                 moved[v] = time
                 found = True
     return found
 
 
 @compiled
-def _turned(rings, points, patch):
-    """How many of the patch's faces are turned."""
-    faces = patch.faces_to[len(rings.at) - 1]
-    return turned(rings, points, patch, 0, faces, faces)
+def flipped_in(rings, points, region):
+    """How many of the region's faces are flipped."""
+    faces = region.faces_to[len(rings.at) - 1]
+    return count_flipped(rings, points, region, 0, faces, faces)
 
 
 @compiled
-def _mend_all(surface, rings, points, before, most, patch, covered):
-    """Improve corners of the patch's turned faces, `before` of which were turned before the trial; above `most` there is no hope.
+def _relocate_all(surface, rings, points, before, most, region, covered):
+    """Relocate corners of the region's flipped faces, `before` of which were flipped before the trial; above `most` there is no
+    hope.
 
     What failed is tried again only when something moved round it.
     """
-    levels, state = len(rings.at), patch.state
-    faces = patch.faces_to[levels - 1]
-    after = _turned(rings, points, patch)
+    levels, state, times = len(rings.at), region.state, region.trial_times
+    faces = region.faces_to[levels - 1]
+    after = flipped_in(rings, points, region)
     thorough, begun = False, 0
     for _ in range(SWEEPS):
         if after == 0 or after > most:
             break
         if begun == 0 or thorough != (after <= before):  # what failed at less may do now
             thorough = after <= before
-            state[4] += 1
-            begun = state[4]
+            state[TRIAL_TIME] += 1
+            begun = state[TRIAL_TIME]
         moved, level = False, 0
         for k in range(faces):
-            f = patch.faces[k]
-            while k >= patch.faces_to[level]:
+            f = region.faces[k]
+            while k >= region.faces_to[level]:
                 level += 1
-            if not is_flipped(rings.F, points.P, points.N, f):
+            if not is_flipped(rings.F, points.P, points.N, f, FLIPPED_SURFACE):
                 continue
-            if patch.failed_now[f] >= begun and not changed(rings, f, patch.failed_now[f], patch.moved_now):
+            if times.steps[f] >= begun and not changed(rings, f, times.steps[f], times.moved):
                 continue
-            state[4] += 1
-            patch.failed_now[f] = state[4]
-            moved |= mend(surface, rings, points, f, level, patch, True, patch.moved_now, state[4], thorough, covered)
-        after = _turned(rings, points, patch)
+            state[TRIAL_TIME] += 1
+            times.steps[f] = state[TRIAL_TIME]
+            moved |= relocate_corners(surface, rings, points, f, level, region, True, thorough, covered)
+        after = flipped_in(rings, points, region)
         if not moved:
             break
 
 
 @compiled
-def _gather_round(rings, f, level, width, patch):
-    """The patch of the free corners of face f of a level and `width` rings round them.
+def perturb_region(surface, rings, points, f, level, trial, free, region, effort, before):
+    """Smooth the region's first `free` vertices (trial 0) or move them at random, and relocate corners of what is flipped then.
 
-    Returns how many of its vertices are of that level, and how many there are in all (0: no room).
+    The random step grows with trial / effort.trials. before: the region's Fitness. Returns whether that left fewer flipped faces
+    and the rest is no worse (see `better`), how many finer vertices followed, and whether all did, without flipping too many.
     """
-    patch.state[0] += 1
-    count = 0
-    for c in range(3):
-        if not rings.fixed[rings.F[f, c]]:
-            count = add(rings.F[f, c], patch, count)
-    for _ in range(width):
-        for i in range(count):
-            count = add_neighbours(rings, level, patch.vertices[i], patch, count)
-    return count, gather(rings, level, patch, count)
-
-
-@compiled
-def _same(rings, patch, since):
-    """Whether no corner of the patch's faces moved since that time (0: never looked at)."""
-    if since == 0:
-        return False
-    for i in range(patch.faces_to[len(rings.at) - 1]):
-        for c in range(3):
-            if patch.moved[rings.F[patch.faces[i], c]] >= since:
-                return False
-    return True
-
-
-@compiled
-def _shake(surface, rings, points, f, level, trials, patch, covered, own, workers, earlier, won, costs, failed):
-    """Smooth and shake the corners of face f of a level, then these with one ring round them, up to `trials` times in all,
-    then smooth with two and three rings: what costs least comes first. Smoothing that left as many turned faces is not tried
-    again before something round it moved. Stops where that left fewer turned faces, and the faces round them keep `covered` of
-    their projected area.
-
-    Of these tries this makes number own, own + workers, ...; each is seeded by its number, and starts from what is there now.
-    See `shake_all` for won, of whose tries `earlier` come before those of this face. costs (t,) gets the work of each try;
-    failed (SMOOTHED,) whether smoothing with so many rings left as many turned faces.
-    Returns the number that succeeded, or -1, and how many vertices of its patch moved.
-    """
-    work, number = patch.state[2], 0
-    for width in range(SMOOTHED):
-        free, count = _gather_round(rings, f, level, width, patch)
-        if count == 0:
-            break
-        smooth = not _same(rings, patch, patch.smoothed[f, width])
-        if not smooth and width >= 2:
-            continue
-        save(points, patch, count)
-        before = fitness(rings, points, patch)
-        most = before[0] + max(WORSE, patch.faces_to[len(rings.at) - 1] // WORSE_OF)
-        for trial in range(trials if width < 2 else 1):
-            if not smooth if trial == 0 else trial < SMOOTHED or trial % 2 != width:
-                continue
-            number += 1
-            if (number - 1) % workers != own:
-                continue
-            if earlier + number - 1 > won[0]:
-                return -1, 0
-            patch.state[1] = (f * 1_000_003 + trials * 8191 + number) * 6364136223846793005 + 1442695040888963407
-            if trial == 0:
-                _smooth(surface, rings, points, level, patch, free)
-            else:
-                size = _size(rings.F, points.P, f) * (LEAST + (1.0 - LEAST) * trial / trials)
-                for i in range(free):
-                    _perturb(surface, points, patch.vertices[i], size, patch)
-            carried, promising = propagate(surface, rings, points, level, patch, most)
-            good = False
-            if promising:
-                _mend_all(surface, rings, points, before[0], most, patch, covered)
-                good = better(rings, points, patch, before, before[0] - 1, FARTHER, covered)
-            costs[number - 1] = free + carried + work - patch.state[2]
-            patch.state[2] = work
-            if good:
-                won[0] = min(won[0], earlier + number - 1)
-                return number - 1, count
-            if trial == 0:
-                failed[width] = not promising or _turned(rings, points, patch) >= before[0]
-            restore(points, patch, count)
-    return -1, 0
-
-
-@compiled
-def shake_all(surface, rings, points, faces, trials, patch, covered, own, workers, won, costs, failed):
-    """Shake the faces (k,) that are turned (see `_shake`), up to the first that gets better.
-
-    Of the tries, numbered by face and then within it, this makes every `workers`-th from `own` on. won (1,): the least number,
-    of a face times t and within it, that any worker has succeeded with so far: it is not worth going on past that. costs (k, t)
-    and failed (k, SMOOTHED): see `_shake`; a face has fewer than t tries.
-    Returns the number that succeeded, or -1, and how many vertices of its patch moved.
-    """
-    room, level = costs.shape[1], 0
-    for k in range(len(faces)):
-        f = faces[k]
-        if k * room > won[0]:
-            break
-        if not is_flipped(rings.F, points.P, points.N, f):
-            continue
-        while f >= rings.first[level + 1]:
-            level += 1
-        found, count = _shake(surface, rings, points, f, level, trials, patch, covered, own, workers, k * room, won, costs[k],
-                              failed[k])
-        if found >= 0:
-            return k * room + found, count
-    return -1, 0
+    most = before.flipped + max(WORSE, region.faces_to[len(rings.at) - 1] // WORSE_OF)
+    if trial == 0:
+        _smooth(surface, rings, points, level, region, free)
+    else:
+        _perturb(surface, points, region, free, _size(rings.F, points.P, f) * (LEAST + (1.0 - LEAST) * trial / effort.trials))
+    followed, promising = propagate(surface, rings, points, level, region, most)
+    success = False
+    if promising:
+        _relocate_all(surface, rings, points, before.flipped, most, region, effort.covered)
+        success = better(rings, points, region, before, before.flipped - 1, FARTHER, effort.covered)
+    return success, followed, promising

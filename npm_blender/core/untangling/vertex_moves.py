@@ -1,13 +1,23 @@
-"""Better places for one vertex of a turned face.
+"""Better places for one vertex of a flipped face.
 
-A place is better if it leaves fewer turned faces round the vertex, over the levels that hold it, or as many and these
-less turned, and if the faces do not leave the surface for it. Tried are walks towards the middle of the vertex' ring,
-across the opposite side of the face, and from each neighbour's place towards that middle: a walk stops at walls that
-stand across it, and a neighbour may lie behind one.
+A place is better if it leaves fewer flipped faces round the vertex, over the levels that hold it, or as many and these
+less flipped, and if the faces do not leave the surface for it. Tried are straight traces over the surface towards the middle of
+the vertex' ring, across the opposite side of the face, and from each neighbour's place towards that middle: a trace that
+meets a wall climbs it instead of reaching the place behind it, and a neighbour may lie there. The method is ours.
 """
+from typing import NamedTuple
+
 import numpy as np
 
-from ..geometry import evaluate_at, not_flipped, orientation_measures, put_at, trace_geodesic
+from ..geometry import (
+    FLIPPED_SURFACE,
+    evaluate_point,
+    move_point,
+    not_flipped,
+    orientation_cosine,
+    orientation_measures,
+    trace_geodesic,
+)
 from ..jit import compiled
 
 FARTHER = 1.02  # times the faces' distance from the surface (see `orientation_measures`) that a step may leave
@@ -15,11 +25,29 @@ SHARES = (1.0, 0.5, 1.5)  # of the way to the middle of the ring
 CLEAR = (0.3, 0.05)  # height over the opposite side after the step across it, in lengths of that side
 SIDE = (1.0, 0.4)  # of the way from a neighbour to the middle of the ring
 
+FLIPPED, COSINES, BULGE, AREA = range(4)  # places in PlaceSearch.score: what `score` returns, in its order
+
+
+class PlaceSearch(NamedTuple):
+    """Work space of the search for a better place of a vertex: tried (3,) float64: barycentrics of the place that is looked at;
+    found (3,) float64 and face (1,) int64: barycentrics and face of the best so far, -1: none; score (4,) float64: its score in
+    FLIPPED and COSINES, and in BULGE and AREA the most bulge and the least area that a place may leave."""
+
+    tried: np.ndarray
+    found: np.ndarray
+    face: np.ndarray
+    score: np.ndarray
+
+    @staticmethod
+    def make() -> "PlaceSearch":
+        """Work space for one thread."""
+        return PlaceSearch(np.zeros(3), np.zeros(3), np.zeros(1, np.int64), np.zeros(4))
+
 
 @compiled
 def score(rings, points, v, levels, most, highest):
-    """Number of turned faces round v over the first `levels` levels, the sum of their cosines; of the last level the
-    bulge and the projected area. Stops at more than `most` turned ones and at a bulge above `highest`: most places fail
+    """Number of flipped faces round v over the first `levels` levels, the sum of their cosines; of the last level the
+    bulge and the projected area. Stops at more than `most` flipped ones and at a bulge above `highest`: most places fail
     at their first faces."""
     P, N = points.P, points.N
     count, total, height, area = 0, 0.0, 0.0, 0.0
@@ -33,11 +61,11 @@ def score(rings, points, v, levels, most, highest):
                 area += product
                 if height > highest:
                     return count, total, height, area
-            if not not_flipped(product, size):
+            if not not_flipped(product, size, FLIPPED_SURFACE):
                 count += 1
                 if count > most:
                     return count, total, height, area
-                total += product / np.sqrt(size) if size > 1e-60 else 0.0
+                total += orientation_cosine(product, size)
     return count, total, height, area
 
 
@@ -53,16 +81,27 @@ def middle(rings, P, v, level):
 
 
 @compiled
-def _better(surface, rings, points, v, levels, g, w, best, where):
-    """Score the place (g, w) for v; where it beats best (turned, sum), without more than the bulge best[2] and less than the
-    area best[3], it is kept in where (4,): barycentrics, face."""
-    evaluate_at(surface, points, v, g, w)
-    turned, total, height, area = score(rings, points, v, levels, best[0], best[2])
-    if height > best[2] or area < best[3]:
+def _try_place(surface, rings, points, v, g, search):
+    """Score the place (face g, barycentrics search.tried) for v; where it is better than the best so far, and within the limits
+    of bulge and area, it becomes the best."""
+    best, tried, found = search.score, search.tried, search.found
+    evaluate_point(surface, points, v, g, tried)
+    flipped, cosines, height, area = score(rings, points, v, len(rings.at), best[FLIPPED], best[BULGE])
+    if height > best[BULGE] or area < best[AREA]:
         return
-    if turned < best[0] or (turned == best[0] and total > best[1] + 1e-6):
-        best[0], best[1] = turned, total
-        where[0], where[1], where[2], where[3] = w[0], w[1], w[2], g
+    if flipped < best[FLIPPED] or (flipped == best[FLIPPED] and cosines > best[COSINES] + 1e-6):
+        best[FLIPPED], best[COSINES] = flipped, cosines
+        found[0], found[1], found[2] = tried[0], tried[1], tried[2]
+        search.face[0] = g
+
+
+@compiled
+def _trace_from(surface, rings, points, v, o, x, y, z, search):
+    """Try for v the place (x, y, z) away from point o over the surface."""
+    w = search.tried
+    w[0], w[1], w[2] = points.b[o, 0], points.b[o, 1], points.b[o, 2]
+    g = trace_geodesic(surface, points.face[o], w, x, y, z)
+    _try_place(surface, rings, points, v, g, search)
 
 
 @compiled
@@ -78,18 +117,18 @@ def _across(P, N, v, p, q, clear):
 
 
 @compiled
-def relocate_vertex(surface, rings, points, f, c, level, levels, w, best, where, thorough, covered):
-    """Move corner c of face f, which is of a level, to the best place found over the first `levels` levels.
+def relocate_vertex(surface, rings, points, f, c, level, search, thorough, covered):
+    """Move corner c of face f, which is of a level, to the best place found; True if it moved.
 
-    True if it moved. thorough: whether places near the neighbours are tried; covered: share of the faces' projected area
-    that is to stay. w (3,), best (4,), where (4,): work space.
+    A place counts over all levels that hold the vertex. thorough: whether places near the neighbours are tried; covered: share of
+    the faces' projected area that is to stay; search: a PlaceSearch.
     """
-    P = points.P
+    P, best = points.P, search.score
     v = rings.F[f, c]
-    best[0], best[1], best[2], best[3] = score(rings, points, v, levels, np.inf, np.inf)
-    best[2] = FARTHER * best[2] + 1e-15
-    best[3] = covered * best[3] if best[3] > 0.0 else -np.inf
-    where[3] = -1.0
+    best[FLIPPED], best[COSINES], best[BULGE], best[AREA] = score(rings, points, v, len(rings.at), np.inf, np.inf)
+    best[BULGE] = FARTHER * best[BULGE] + 1e-15
+    best[AREA] = covered * best[AREA] if best[AREA] > 0.0 else -np.inf
+    search.face[0] = -1
     px, py, pz = P[v, 0], P[v, 1], P[v, 2]
     mx, my, mz = middle(rings, P, v, level)
     for trial in range(5):
@@ -97,24 +136,20 @@ def relocate_vertex(surface, rings, points, f, c, level, levels, w, best, where,
             share = SHARES[trial]
             x, y, z = share * (mx - px), share * (my - py), share * (mz - pz)
         else:
-            evaluate_at(surface, points, v, points.face[v], points.b[v])
+            evaluate_point(surface, points, v, points.face[v], points.b[v])
             x, y, z = _across(P, points.N, v, rings.F[f, (c + 1) % 3], rings.F[f, (c + 2) % 3], CLEAR[trial - 3])
-        w[0], w[1], w[2] = points.b[v, 0], points.b[v, 1], points.b[v, 2]
-        g = trace_geodesic(surface, points.face[v], w, x, y, z)
-        _better(surface, rings, points, v, levels, g, w, best, where)
-        if best[0] == 0:
+        _trace_from(surface, rings, points, v, v, x, y, z, search)
+        if best[FLIPPED] == 0:
             break
-    if thorough and best[0] > 0:
+    if thorough and best[FLIPPED] > 0:
         for k in range(rings.at[level, v], rings.at[level, v + 1]):
             o = rings.around[k]
             for trial in range(2):
                 share = SIDE[trial]
-                w[0], w[1], w[2] = points.b[o, 0], points.b[o, 1], points.b[o, 2]
                 dx, dy, dz = share * (mx - P[o, 0]), share * (my - P[o, 1]), share * (mz - P[o, 2])
-                g = trace_geodesic(surface, points.face[o], w, dx, dy, dz)
-                _better(surface, rings, points, v, levels, g, w, best, where)
-    if where[3] < 0.0:
-        evaluate_at(surface, points, v, points.face[v], points.b[v])
+                _trace_from(surface, rings, points, v, o, dx, dy, dz, search)
+    if search.face[0] < 0:
+        evaluate_point(surface, points, v, points.face[v], points.b[v])
         return False
-    put_at(surface, points, v, int(where[3]), where)
+    move_point(surface, points, v, search.face[0], search.found)
     return True

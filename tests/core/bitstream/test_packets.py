@@ -4,15 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import gammaln
 
+from npm_blender.core.bitstream import packet_encoder, packets
 from npm_blender.core.bitstream.connectivity import canonical_order
-from npm_blender.core.bitstream.packets import (
-    BATCH,
-    MAX_VALUE,
-    decode_packets,
-    encode_packets,
-    packet_sizes,
-    read_packets,
-)
+from npm_blender.core.bitstream.packets import BATCH, MAX_VALUE, Features, packet_sizes
 from npm_blender.core.bitstream.significance import faces_of
 from npm_blender.core.errors import StreamError
 from npm_blender.core.mesh.subdivision import hierarchy
@@ -20,6 +14,28 @@ from tests.meshes.base_meshes import grid, some_features
 
 F0 = canonical_order(grid(10, 20, True, True), 200).F     # 400 faces, levels of 400, 1600, 6400
 OPEN = canonical_order(grid(3, 4), 20).F
+
+
+def encode_packets(base, levels, group, face, value, crc, passes=0, batches=True):
+    return packet_encoder.encode_packets(faces_of(base, levels, passes), Features(group, face, value), crc, batches)
+
+
+def read_packets(data, at, base, levels, channels, total, crc, passes=0, batches=True):
+    return packets.read_packets(data, at, faces_of(base, levels, passes), channels, total, crc, batches)
+
+
+def decode_packets(data, at, base, levels, channels, total, crc, passes=0, batches=True):
+    return packets.decode_packets(data, at, faces_of(base, levels, passes), channels, total, crc, batches)
+
+
+@pytest.mark.parametrize("batches", [True, False])
+def test_the_packets_of_any_prefix_are_those_of_its_features_alone(batches):
+    rng = np.random.default_rng(2)
+    level, face, value = some_features(len(F0), 2, 1300, rng)
+    encoder = packet_encoder.PacketEncoder(faces_of(F0, 2), Features(level, face, value), batches)
+    for count in (700, 0, 1300, 1299, 39, 40, 401, 460, 1000, 700):
+        alone = encode_packets(F0, 2, level[:count], face[:count], value[:count], 9, batches=batches)
+        assert packet_encoder.with_checksums(encoder.packets(count), 9) == alone
 
 
 def same_packets(packets, level, face, value, batches=True):

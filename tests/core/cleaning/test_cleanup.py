@@ -4,32 +4,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from npm_blender.core.cleaning.cleanup import MIN_FACES, clean, inspect
-from npm_blender.core.cleaning.degenerate_faces import FLAT, flatness, remove_flat_faces
 from npm_blender.core.errors import Cancelled, MeshError
-from npm_blender.core.mesh.topology import opposite_halfedges, topology_of, vertex_fans
+from npm_blender.core.mesh.topology import topology_of
 from npm_blender.core.mesh.triangle_mesh import TriMesh
+from tests.core.cleaning.checks import assert_manifold
 from tests.dirty import DIRTY
 from tests.meshes.dirty_meshes import (
-    book,
     box,
-    joined,
     klein,
     mesh,
     more,
-    pinched_spheres,
     plane,
     soup,
     sphere,
-    turn,
     volume,
-    with_cap,
 )
-
-
-def assert_manifold(m):
-    fans = vertex_fans(m.F, opposite_halfedges(m.F), len(m.V))  # raises where an edge is not manifold and oriented
-    assert (fans == 1).all()  # no vertex pinched, none unused
-    assert inspect(m).problems == ()
 
 
 @pytest.mark.parametrize("name", DIRTY)
@@ -109,16 +98,6 @@ def test_damage_to_a_good_mesh_is_undone(seed):
     assert len(result.F) == len(good.F) and volume(result) == pytest.approx(1)
 
 
-def test_flat_faces_leave_no_gap_and_move_nothing():
-    m = box(3)
-    for _ in range(6):
-        m = with_cap(m)
-    F, mended, kept = remove_flat_faces(m.V, m.F)
-    assert (flatness(m.V, F) > FLAT).all() and (mended, kept) == (6, 0) and len(F) == len(m.F)
-    assert_manifold(mesh(m.V, F))
-    assert volume(mesh(m.V, F)) == pytest.approx(1) and topology_of(F).euler == 2
-
-
 def strip(n):
     return mesh([[i // 2, i % 2, 0] for i in range(n + 2)], [[i, i + 1, i + 2][::1 - 2 * (i % 2)] for i in range(n)])
 
@@ -160,18 +139,6 @@ def test_twenty_faces_and_a_flat_grid_are_enough():
 def test_arrays_that_are_no_mesh_are_named(V, F, words):
     with pytest.raises(MeshError, match=words):
         clean(TriMesh(V, F))
-
-
-def test_inspect_counts():
-    m = more(turn(joined(box(), sphere(at=(5, 0, 0))), [0]), [[7, 7, 7], *box().V[:2]],
-             [[0, 0, 1], [*box().F[5]], [0, 1, 219]])
-    report = inspect(m)
-    assert (report.vertices, report.faces) == (len(m.V), len(m.F))
-    assert report.unused_vertices == 2 and report.repeated_corner_faces == 1 and report.duplicate_faces == 1
-    assert report.misoriented_edges == 3 and report.components == 2
-    assert inspect(book(5)).nonmanifold_edges == 4 and inspect(pinched_spheres()).pinched_vertices == 1
-    assert inspect(plane()).border_edges == 16 and inspect(plane()).border_loops == 1
-    assert inspect(soup(sphere())).coincident_vertices == 960 - 162
 
 
 def test_the_same_input_gives_the_same_output():

@@ -36,7 +36,7 @@ from tests.meshes.dirty_meshes import (
     without,
 )
 
-FIRST, EACH = 300, 20  # seconds: the first run of all may compile everything; then a case is killed after EACH
+FIRST, EACH = 600, 60  # seconds: the first run of all may compile everything; then a case is killed after EACH
 
 # largest distances, unit frame, between the faces of the input and those of the finest level, where the shape is no
 # smooth surface that 100 faces can follow
@@ -64,6 +64,7 @@ def test_there_are_enough_kinds_of_damage():
     assert len(DIRTY) >= 60 and len(REFUSED) >= 12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DIRTY)
 def test_damage_ends_in_a_good_sequence(name, worker):
     run = worker.call(EACH, run_case, name)
@@ -93,6 +94,7 @@ def test_damage_ends_in_a_good_sequence(name, worker):
     assert turned_share(lod, fine.F) <= CROOKED.get(name, 0.001)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_is_no_surface_is_refused_in_one_line(name, worker):
     line = worker.call(EACH, run_case, name)
@@ -122,13 +124,14 @@ def test_parts_beyond_the_base_are_told_in_the_report():
     assert any("31 separate parts of the mesh need at least" in m for m in done.report.messages)
 
 
+@pytest.mark.slow
 def test_a_run_that_hangs_is_killed_and_the_next_one_goes_on():
     worker = Worker()
     assert worker.call(60, abs, -3) == 3
-    start = time.monotonic()
+    process, = worker._pool._processes.values()
     with pytest.raises(TimeoutError):
         worker.call(0.2, time.sleep, 1000)
-    assert time.monotonic() - start < 30
+    assert not process.is_alive()
     assert worker.call(60, abs, -4) == 4
     worker.stop()
 
@@ -169,6 +172,7 @@ def scratched(random):
     return m
 
 
+@pytest.mark.slow
 @given(st.randoms(use_true_random=False))
 @settings(max_examples=60, deadline=None)
 def test_any_mixture_of_damages_ends_in_a_valid_sequence(random):

@@ -14,7 +14,7 @@ from npm_blender.core.settings import AUTO, CompressSettings, LodSettings
 from tests.meshes.dirty_meshes import many_parts
 from tests.meshes.shapes import bumpy, grid, torus
 
-SHAPES = {"closed": bumpy(5), "open": grid(60), "torus": torus(90, 40)}
+SHAPES = {"closed": bumpy(4), "open": grid(40), "torus": torus(60, 30)}
 CHOSEN = LodSettings(base_faces=AUTO, levels=AUTO)
 BUDGETS = (500, 1_000, 2_500)
 
@@ -28,6 +28,7 @@ def made(name, size):
     return compress(SHAPES[name], limited(size))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", BUDGETS)
 @pytest.mark.parametrize("name", SHAPES)
 def test_the_file_is_whole_and_fills_the_budget(name, size):
@@ -38,6 +39,7 @@ def test_the_file_is_whole_and_fills_the_budget(name, size):
     assert len(done.data) > 0.9 * size and (done.report.features < 300 or len(done.data) > 0.97 * size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHAPES)
 def test_more_bytes_show_more(name):
     errors = [evaluate(open_stream(made(name, size).data).decode(), SHAPES[name], 20_000).d_pm for size in BUDGETS]
@@ -67,6 +69,7 @@ def test_a_base_that_was_asked_for_and_does_not_fit_is_refused():
         compress(SHAPES["closed"], limited(500, LodSettings(base_faces=400)))
 
 
+@pytest.mark.slow
 def test_a_mesh_of_many_parts_is_given_fewer_faces_or_refused():
     parts = many_parts(12)
     done = compress(parts, limited(900))
@@ -75,10 +78,11 @@ def test_a_mesh_of_many_parts_is_given_fewer_faces_or_refused():
         compress(many_parts(60), limited(300))
 
 
+@pytest.mark.slow
 def test_files_of_hardly_more_than_the_base_keep_to_their_size_or_are_refused():
     lod, made_it = LodSettings(base_faces=200, levels=3), []
     base = open_stream(compress(SHAPES["torus"], CompressSettings(lod=lod, refine_steps=0)).data).base_bytes
-    for size in range(base - 40, base + 25, 5):
+    for size in (base - 40, base - 10, base - 1, base, base + 1, base + 10, base + 24):
         try:
             assert len(compress(SHAPES["torus"], limited(size, lod)).data) <= size
             made_it.append(True)

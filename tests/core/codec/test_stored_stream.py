@@ -17,7 +17,7 @@ from npm_blender.core.network import weights
 from tests.core.bitstream.test_container import HEADER
 from tests.meshes.base_meshes import some_features, sphere
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def make_stream() -> bytes:

@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from npm_blender.core.decimation.face_bounds import least_faces, too_many_parts
+from npm_blender.core.decimation.base_message import base_message
+from npm_blender.core.decimation.face_bounds import Cause, FaceAdvice, face_advice, least_faces
 from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.mesh.components import component_labels
 from npm_blender.core.mesh.topology import topology_of
@@ -67,8 +68,24 @@ def test_equal_parts_get_about_equal_shares():
 
 def test_parts_that_need_more_than_the_base_are_told():
     many = joined(*[sphere(1, at=(3 * k, 0, 0)) for k in range(50)])
-    assert too_many_parts(many.F, 199) == (
-        "the 50 separate parts of the mesh need at least 200 base faces, more than the 199 asked for; "
-        "ask for more, or join or delete small parts")
-    assert too_many_parts(many.F, 200) == "" == too_many_parts(tetrahedron().F, 4)
-    assert too_many_parts(torus().F, 12).startswith("the handles and borders of the mesh need at least 14 base faces")
+    advice = face_advice(many.F, 199, 0)
+    assert (advice.cause, advice.parts, advice.needed) == (Cause.PARTS, 50, 200)
+    assert base_message(200, 199, advice) == (
+        "Reached 200 of 199 base faces: the 50 separate parts of the mesh need at least 200 base faces, more than the 199 "
+        "asked for; ask for more, or join or delete small parts")
+    assert face_advice(many.F, 200, 0) == FaceAdvice() == face_advice(tetrahedron().F, 4, 0)
+    advice = face_advice(torus().F, 12, 0)
+    assert "12 base faces: the handles and borders of the mesh need at least 14 base faces" in base_message(14, 12, advice)
+
+
+def test_large_parts_get_half_the_faces_asked_for_on_top_of_what_all_need():
+    many = joined(*[sphere(1, at=(3 * k, 0, 0)) for k in range(50)])
+    assert face_advice(many.F, 100, 0).faces == 0  # it has more faces than that
+    pressed = joined(*[tetrahedron(at=(3 * k, 0, 0)) for k in range(50)])
+    assert face_advice(pressed.F, 100, 0).faces == 200 + 50
+
+
+@pytest.mark.parametrize("cause", Cause)
+def test_every_cause_has_its_sentence(cause):
+    said = base_message(412, 400, FaceAdvice(cause=cause, needed=412, parts=2, handles=3))
+    assert said == "" if cause == Cause.NONE else said.startswith("Reached 412 of 400 base faces: ") and len(said) > 50

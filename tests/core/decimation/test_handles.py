@@ -4,7 +4,7 @@ import pytest
 
 from npm_blender.core.codec.compression import compress
 from npm_blender.core.decimation import qem as module
-from npm_blender.core.decimation.face_bounds import HANDLE, roomier
+from npm_blender.core.decimation.face_bounds import HANDLE, FaceAdvice, face_advice
 from npm_blender.core.decimation.qem import DEAR, MOST, decimate
 from npm_blender.core.evaluation.metrics import Original
 from npm_blender.core.levels.lod_sequence import build_levels
@@ -19,12 +19,12 @@ LEAST = 502  # of a plate with 7 x 7 holes
 
 def turned(lod):
     """Share of the faces of each level that oppose the input's normals at their corners."""
-    finer = hierarchy(lod.F0, len(lod.V0), lod.levels)[1:]
+    finer = hierarchy(lod.F0, len(lod.V0), lod.level_count)[1:]
     return np.array([((TriMesh(lod.V, x.F).face_normals() * lod.N[x.F].sum(1)).sum(1) < 0).mean() for x in finer])
 
 
 def error(mesh, lod):
-    finest = hierarchy(lod.F0, len(lod.V0), lod.levels)[-1]
+    finest = hierarchy(lod.F0, len(lod.V0), lod.level_count)[-1]
     return Original(mesh, 20_000).evaluate(TriMesh(lod.V, finest.F)).d_pm
 
 
@@ -32,9 +32,9 @@ def error(mesh, lod):
                                          (grating(4, open_sheet=True), 0), (joined(torus(), torus(), sphere()), 56)])
 def test_handles_ask_for_faces_and_borders_do_not(mesh, faces):
     least = decimate(mesh, 4, room=False).F0
-    ample, none = (roomier(least, 4, most)[0] for most in (10**6, 0))
+    ample, none = (face_advice(least, 4, most).faces for most in (10**6, 0))
     assert ample == (faces or none)
-    assert roomier(least, len(least), len(mesh.F)) == (0, "")
+    assert face_advice(least, len(least), len(mesh.F)) == FaceAdvice()
 
 
 def test_a_base_below_what_handles_need_gets_faces_that_show_them():

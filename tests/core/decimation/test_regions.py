@@ -39,7 +39,7 @@ def whole(monkeypatch):
 
 
 def arrays(out):
-    return out.V0, out.F0, out.vertices, out.faces, *out.history
+    return out.V0, out.F0, out.vertices, out.faces, *out.record
 
 
 def at(V, F, face, b):
@@ -114,7 +114,7 @@ def test_the_automatic_base_is_about_the_same(whole, monkeypatch):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_each_face_but_those_of_the_base_vanishes_once_and_is_not_touched_again(shape):
     out = decimate(SHAPES[shape](), 20)
-    c, faces = out.history.collapses, out.history.faces >> 2
+    c, faces = out.record.collapses, out.record.faces >> 2
     at = np.arange(len(faces)) - np.repeat(c[:-1, FIRST], np.diff(c[:, FIRST]))
     vanishes = at >= np.repeat(c[:-1, SIDES], np.diff(c[:, FIRST]))
     assert np.array_equal(np.sort(faces[vanishes]), np.setdiff1d(np.arange(len(out.mesh.F)), out.faces))
@@ -125,7 +125,7 @@ def test_each_face_but_those_of_the_base_vanishes_once_and_is_not_touched_again(
 
 def test_the_vertices_of_a_border_stay_while_regions_are_decimated(monkeypatch):
     mesh, seen, offer_all = sheet(51, 61), [], Decimator.offer_all
-    monkeypatch.setattr(Decimator, "offer_all", lambda self: (seen.append(self.half.out >= 0), offer_all(self))[1])
+    monkeypatch.setattr(Decimator, "offer_all", lambda self: (seen.append(self.mesh.out >= 0), offer_all(self))[1])
     decimate(mesh, 16)
     h = np.flatnonzero(opposite_halfedges(mesh.F) == np.arange(mesh.F.size))
     on_border = mesh.F.reshape(-1)[h]

@@ -1,8 +1,6 @@
 import numpy as np
 
-from npm_blender.core.geometry.geodesic_trace import TraceMesh, points_on
 from npm_blender.core.geometry.normals import normals_of, vertex_normals
-from npm_blender.core.mesh.topology import opposite_halfedges
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from tests.meshes.lod_meshes import sphere, torus
 
@@ -28,19 +26,3 @@ def test_what_has_no_direction_is_zero():
     flat_and_back = TriMesh(V, np.array([[0, 1, 2], [0, 1, 3], [0, 3, 1]], np.int32))
     assert not vertex_normals(flat_and_back).any()
     assert not normals_of(flat_and_back, np.array([0])).any()
-
-
-def test_points_have_places_and_normals_of_length_one_or_none():
-    mesh = sphere(3)
-    rng = np.random.default_rng(0)
-    face, b = rng.integers(0, len(mesh.F), 50).astype(np.int32), rng.dirichlet(np.ones(3), 50)
-    N = vertex_normals(mesh)
-    surface = TraceMesh(mesh.V, mesh.F, opposite_halfedges(mesh.F), N)
-    points = points_on(surface, face, b)
-    assert np.allclose(points.P, np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]]))
-    assert np.allclose(np.linalg.norm(points.N, axis=1), 1) and ((points.N * points.P).sum(1) > 0.4).all()
-    points.b[:] = 0  # copies
-    assert b.any()
-    N[mesh.F[0]] = [[0, 0, 1], [0, 0, -1], [0, 0, 0]]
-    cancelled = points_on(surface, np.zeros(1, np.int32), np.array([[0.5, 0.5, 0.0]]))
-    assert not cancelled.N.any()

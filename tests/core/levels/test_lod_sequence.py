@@ -27,7 +27,7 @@ def test_a_sequence_has_consistent_fields(shape, depth):
     mesh = shape()
     lod = build_lod(mesh, settings_for(100, depth))
     H = hierarchy(lod.F0, len(lod.V0), depth)
-    assert lod.levels == depth and lod.message == ""
+    assert lod.level_count == depth and lod.message == ""
     assert len(lod.V) == len(lod.N) == len(lod.source_face) == len(lod.barycentric) == H[-1].n
     sampled = build_levels(decimate(mesh, 100), depth, fitted=False)
     assert np.allclose(on_surface(mesh, sampled), sampled.V, atol=1e-12)

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from npm_blender.core.mesh.spatial_order import in_morton_order, spatial_boxes
+from npm_blender.core.mesh.spatial_order import BITS, along_curve, in_morton_order, morton_keys, spatial_boxes
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from tests.meshes.lod_meshes import torus
 
@@ -56,3 +56,19 @@ def test_boxes_do_not_overlap():
 
 def test_points_in_one_place_are_divided_too():
     assert np.bincount(spatial_boxes(np.zeros((100, 3)), 30)).max() <= 30
+
+
+@given(st.lists(st.tuples(*[st.integers(0, 2**BITS - 1)] * 3), min_size=1, max_size=20))
+def test_keys_interleave_the_bits_of_the_coordinates(cells):
+    keys = morton_keys(*np.array(cells, np.uint32).T)
+    assert keys.dtype == np.uint32
+    for key, cell in zip(keys.tolist(), cells, strict=True):
+        assert key == sum((c >> i & 1) << 3 * i + axis for axis, c in enumerate(cell) for i in range(BITS))
+
+
+def test_points_along_the_curve_are_near_each_other():
+    P = np.random.default_rng(2).random((2000, 3))
+    order = along_curve(P)
+    assert np.array_equal(np.sort(order), np.arange(2000))
+    steps = np.linalg.norm(np.diff(P[order], axis=0), axis=1)
+    assert np.median(steps) < 0.2 * np.median(np.linalg.norm(np.diff(P, axis=0), axis=1))

@@ -7,7 +7,7 @@ from npm_blender.core.decimation.qem import decimate
 from npm_blender.core.mesh.topology import opposite_halfedges
 from npm_blender.core.parameterization.collapse_record import AT, FIRST, RING, SIDES
 from npm_blender.core.parameterization.joint_flattening import twice_area
-from npm_blender.core.parameterization.surface_map import _patch, _triangle
+from npm_blender.core.parameterization.recorded_stencil import recorded_stencil, triangle_corners
 from tests.meshes.lod_meshes import joined, sheet, sphere, torus, tube
 
 SHAPES = {"sphere": sphere, "torus": torus, "sheet": sheet, "tube": tube}
@@ -114,13 +114,13 @@ def test_the_map_holds_down_to_the_smallest_base(shape, seed, noise):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_flattening_is_positively_oriented_on_both_sides(shape):
-    history = decimate(SHAPES[shape](noise=0.03), 4).history
-    for c in range(len(history.collapses) - 1):
-        first, stop = history.collapses[c:c + 2, FIRST]
+    record = decimate(SHAPES[shape](noise=0.03), 4).record
+    for c in range(len(record.collapses) - 1):
+        first, stop = record.collapses[c:c + 2, FIRST]
         for q in range(stop - first):
-            for before in (True, False) if q < history.collapses[c, SIDES] else (True,):
-                corners = _triangle(_patch(history, c), q, before)
-                assert twice_area(*(history.uv[k] for k in corners)) > 0
+            for before in (True, False) if q < record.collapses[c, SIDES] else (True,):
+                corners = triangle_corners(recorded_stencil(record, c), q, before)
+                assert twice_area(*(record.uv[k] for k in corners)) > 0
 
 
 def off(points, path):
@@ -133,14 +133,14 @@ def off(points, path):
 
 @settings(max_examples=20, deadline=None)
 @given(st.sampled_from(["sheet", "tube"]), st.integers(0, 99), st.floats(0, 0.03))
-def test_the_border_through_a_patch_is_the_same_line_on_both_sides(shape, seed, noise):
-    history = decimate(SHAPES[shape](noise=noise, seed=seed), 4).history
-    for c in range(len(history.collapses) - 1):
-        r, t, at = history.collapses[c, [RING, SIDES, AT]]
+def test_the_border_through_a_stencil_is_the_same_line_on_both_sides(shape, seed, noise):
+    record = decimate(SHAPES[shape](noise=noise, seed=seed), 4).record
+    for c in range(len(record.collapses) - 1):
+        r, t, at = record.collapses[c, [RING, SIDES, AT]]
         if r == t:
             continue
-        first, last, (i, j, k) = history.uv[at], history.uv[at + r - 1], history.uv[at + r:at + r + 3]
-        one = history.collapses[c + 1, FIRST] - history.collapses[c, FIRST] == t + 1
+        first, last, (i, j, k) = record.uv[at], record.uv[at + r - 1], record.uv[at + r:at + r + 3]
+        one = record.collapses[c + 1, FIRST] - record.collapses[c, FIRST] == t + 1
         before, after = [last, i, *([j] if one else []), first], [last, k, first]
         assert max(off(before, after), off(after, before)) < 1e-9
         assert np.abs(np.diff(before)).sum() == pytest.approx(np.abs(np.diff(after)).sum())

@@ -18,6 +18,8 @@ from npm_blender.core.refinement.refiner import Refiner
 from npm_blender.core.settings import LodSettings
 from tests.meshes.shapes import bumpy, grid
 
+pytestmark = pytest.mark.torch
+
 PARAMS = load_weights().params
 STEPS = np.array([1e-3, 1.4e-3], np.float32)
 
@@ -52,7 +54,7 @@ class Case:
 
 @pytest.fixture(scope="module", params=["closed", "open"])
 def case(request):
-    return Case({"closed": bumpy(4), "open": grid(40)}[request.param])
+    return Case({"closed": bumpy(3), "open": grid(24)}[request.param])
 
 
 def test_an_offset_moves_one_midpoint_along_the_normal_of_its_edge(case):
@@ -99,6 +101,7 @@ def test_a_second_pass_goes_on_where_the_first_ended(case):
     assert np.abs(np.concatenate(second)).mean() < np.abs(np.concatenate(case.trace(STEPS / 4))).mean()
 
 
+@pytest.mark.slow
 def test_fitted_offsets_are_better_than_traced_ones(case):
     fit = case.fit(16, bit=0.0, steps=STEPS / 4)
     start = case.trace(STEPS / 4)
@@ -108,11 +111,13 @@ def test_fitted_offsets_are_better_than_traced_ones(case):
     assert all(np.array_equal(a, b) for a, b in zip(fitted, again, strict=True))
 
 
+@pytest.mark.slow
 def test_dear_bits_make_offsets_few(case):
     count = [sum(np.count_nonzero(i) for i in case.fit(8, bit).whole(case.none)) for bit in (0.0, 1e-4, 1e-2)]
     assert count[0] > count[1] > count[2]
 
 
+@pytest.mark.slow
 def test_prefixes_of_the_staged_fit_bring_the_mesh_nearer(case):
     fit = case.fit(16)
     start = fit.whole(case.none)

@@ -20,8 +20,10 @@ from npm_blender.core.refinement.refiner import Refiner, _values
 from npm_blender.core.settings import CompressSettings, ComputeSettings, LodSettings
 from tests.meshes.shapes import bumpy, grid
 
+pytestmark = pytest.mark.torch
+
 SHAPES = {"closed": bumpy(4), "open": grid(40)}
-LOD = LodSettings(base_faces=100)
+LOD = LodSettings(base_faces=100, levels=2)
 STEPS = [0.25, 0.25]  # of latents of two levels
 
 
@@ -39,16 +41,19 @@ def in_unit_frame(name):
     return unit, lod, hierarchy(lod.F0, len(lod.V0), 2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHAPES)
 def test_refined_streams_are_better_at_every_budget(name):
     assert (errors(name, 12) < errors(name, 0)).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHAPES)
 def test_more_features_are_better(name):
     assert (np.diff(errors(name, 12)) < 0).all()
 
 
+@pytest.mark.slow
 def test_refinement_is_deterministic():
     settings = CompressSettings(lod=LOD, refine_steps=3)
     assert compress(SHAPES["open"], settings).data == compress(SHAPES["open"], settings).data
@@ -81,6 +86,7 @@ class NoSurface:
         return np.zeros(len(P)), np.zeros((len(P), 3)), np.zeros(len(P), np.int32)
 
 
+@pytest.mark.slow
 def test_everything_stays_on_the_chosen_device(monkeypatch):
     """torch's device "meta" has shapes and no numbers: an operation with a tensor of the processor fails on it."""
     monkeypatch.setattr(torch_backend, "torch_device", lambda wanted: {"gpu": "meta", "cpu": "cpu"}[wanted])

@@ -18,7 +18,7 @@ def places(mesh, face, b):
     return np.einsum("nk,nkd->nd", b, mesh.V[mesh.F[face]])
 
 
-def test_a_base_vertex_walks_home_and_the_finer_ones_follow():
+def test_a_base_vertex_returns_to_its_position_and_the_finer_ones_follow():
     mesh = sphere(5)
     lod = build_levels(decimate(mesh, 60), 2, fitted=False)
     H = hierarchy(lod.F0, len(lod.V0), 2)
@@ -37,15 +37,15 @@ def test_a_base_vertex_walks_home_and_the_finer_ones_follow():
     assert ((TriMesh(after, H[-1].F).face_normals() * after[H[-1].F].mean(1)).sum(1) > 0).all()
 
 
-def test_nobody_walks_home_through_the_surface():
+def test_no_base_vertex_leaves_the_surface_for_its_position():
     mesh = sheet(noise=0.01)
     d = decimate(mesh, 40)
     lod = build_levels(d, 2, fitted=False)
     H = hierarchy(lod.F0, len(lod.V0), 2)
     face, b = lod.source_face, lod.barycentric
-    patch = TrialRegion.make(H[-1].n, sum(len(level.F) for level in H[1:]), 2, 0)
-    above = lod.V0 + [0, 0, 1.0]  # no walk gets nearer
+    region = TrialRegion.make(H[-1].n, sum(len(level.F) for level in H[1:]), 2, 0)
+    above = lod.V0 + [0, 0, 1.0]  # no trace over the surface gets nearer
     surface = TraceMesh(mesh.V, mesh.F, d.opposite, vertex_normals(mesh))
     points = points_on(surface, face, b)
-    assert return_to_base_positions(surface, one_rings_of(H), points, above, 0, len(above), patch) == 0
+    assert return_to_base_positions(surface, one_rings_of(H), points, above, 0, len(above), region) == 0
     assert np.array_equal(points.face, face) and np.allclose(points.b, b)

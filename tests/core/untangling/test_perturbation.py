@@ -1,55 +1,56 @@
 import numpy as np
 
-from npm_blender.core.geometry.face_orientation import is_flipped
-from npm_blender.core.geometry.geodesic_trace import put_at, trace_geodesic
+from npm_blender.core.geometry.face_orientation import FLIPPED_SURFACE, is_flipped
+from npm_blender.core.geometry.geodesic_trace import move_point, trace_geodesic
 from npm_blender.core.untangling.parallel_trials import ParallelTrials
 
 from .test_trial import LEVELS, Flat
 
 
-def turned(flat):
-    return np.array([is_flipped(flat.rings.F, flat.points.P, flat.points.N, f) for f in range(len(flat.rings.F))])
+def flipped(flat):
+    F, P, N = flat.rings.F, flat.points.P, flat.points.N
+    return np.array([is_flipped(F, P, N, f, FLIPPED_SURFACE) for f in range(len(F))])
 
 
-def shaken(flat, f, trials, covered):
-    with ParallelTrials(flat.surface, flat.rings, flat.points, flat.patch, trials) as shakers:
-        return shakers.shake(np.array([f]), trials, covered) == 0
+def perturbed(flat, f, trials, covered):
+    with ParallelTrials(flat.surface, flat.rings, flat.points, flat.region, trials) as parallel:
+        return parallel.try_perturbations(np.array([f]), trials, covered) == 0
 
 
 def folded(flat):
-    """A face of the finest level, turned by pushing a vertex out of its ring."""
+    """A face of the finest level, flipped by pushing a vertex out of its ring."""
     last = LEVELS - 1
     v = int(np.flatnonzero(np.diff(flat.rings.at[last]) > 0)[-1])
     b = flat.points.b[v].copy()
     step = 1.8 * (flat.points.P[flat.rings.around[flat.rings.at[last, v]]] - flat.points.P[v])
-    put_at(flat.surface, flat.points, v, trace_geodesic(flat.surface, flat.points.face[v], b, *step), b)
-    faces = np.flatnonzero(turned(flat))
+    move_point(flat.surface, flat.points, v, trace_geodesic(flat.surface, flat.points.face[v], b, *step), b)
+    faces = np.flatnonzero(flipped(flat))
     return int(faces[faces >= flat.rings.first[last]][0])
 
 
-def test_a_shake_that_mends_nothing_leaves_every_bit_as_it_was():
+def test_a_perturbation_that_fails_leaves_every_bit_as_it_was():
     flat = Flat()
-    flat.patch.state[2] = 10_000
+    flat.region.set_work(10_000)
     f = folded(flat)
     before = [x.copy() for x in flat.points]
-    assert not shaken(flat, f, 8, 1e9)  # no try keeps so much of the area
+    assert not perturbed(flat, f, 8, 1e9)  # no try keeps so much of the area
     assert all(np.array_equal(x, y) for x, y in zip(flat.points, before))
-    assert 0 < flat.patch.state[2] < 10_000 and not flat.patch.moved.any()
+    assert 0 < flat.region.work_left < 10_000 and not flat.region.times.moved.any()
 
 
-def test_a_face_that_is_not_turned_is_left_alone():
+def test_a_face_that_is_not_flipped_is_left_alone():
     flat = Flat()
-    flat.patch.state[2] = 10_000
+    flat.region.set_work(10_000)
     before = flat.points.P.copy()
-    assert not shaken(flat, int(flat.rings.faces[flat.rings.at[1, flat.v]]), 8, 0.97)
-    assert np.array_equal(flat.points.P, before) and flat.patch.state[2] == 10_000
+    assert not perturbed(flat, int(flat.rings.faces[flat.rings.at[1, flat.v]]), 8, 0.97)
+    assert np.array_equal(flat.points.P, before) and flat.region.work_left == 10_000
 
 
-def test_a_shake_that_succeeds_leaves_fewer_turned_faces_and_notes_what_moved():
+def test_a_perturbation_that_succeeds_leaves_fewer_flipped_faces_and_notes_what_moved():
     flat = Flat()
-    flat.patch.state[2] = 10_000
-    f, before = folded(flat), turned(flat)
+    flat.region.set_work(10_000)
+    f, before = folded(flat), flipped(flat)
     start = flat.points.P.copy()
-    assert shaken(flat, f, 16, 0.8)
+    assert perturbed(flat, f, 16, 0.8)
     moved = np.abs(flat.points.P - start).max(1) > 0
-    assert turned(flat).sum() < before.sum() and moved.any() and flat.patch.moved[moved].all()
+    assert flipped(flat).sum() < before.sum() and moved.any() and flat.region.times.moved[moved].all()

@@ -1,50 +1,20 @@
-"""Encoder and decoder: parity of the backends, invariances, prefixes, any number of levels."""
+"""Decoder, and encoder with it: parity of the backends, invariances, prefixes, any number of levels."""
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from npm_blender.core.mesh.subdivision import hierarchy, midpoints
+from npm_blender.core.mesh.subdivision import hierarchy
 from npm_blender.core.network.decoder import decode
 from npm_blender.core.network.encoder import details, encode
-from npm_blender.core.network.mesh_index import MeshIndex
 from npm_blender.core.network.numpy_backend import NUMPY
-from npm_blender.core.network.parameters import (
-    NetworkConfig,
-    flatten_tree,
-    folded,
-    initial_parameters,
-    map_tree,
-    unflatten_tree,
-)
+from npm_blender.core.network.parameters import NetworkConfig, initial_parameters, map_tree
 from npm_blender.core.network.torch_backend import TorchBackend
-from tests.meshes.shapes import grid, icosphere, torus
+from tests.core.network.samples import SHAPES, busy_parameters, indices, sequence
 
-SHAPES = {"sphere": icosphere(1), "torus": torus(8, 6), "open": grid(4)}
+pytestmark = pytest.mark.torch
+
 TORCH = TorchBackend()
-
-
-def busy_parameters(seed=0):
-    """Parameters in which every path carries something, also those that start at zero."""
-    random = np.random.default_rng(seed)
-    tree = initial_parameters(NetworkConfig((6, 5), (5, 4)), seed)
-    noise = map_tree(lambda x: (x + 0.02 * random.normal(size=x.shape)).astype(np.float32), tree)
-    return unflatten_tree({k: np.abs(v) if k.endswith("var") else v for k, v in flatten_tree(noise).items()})
-
-
-def sequence(mesh, levels, seed=0):
-    """Levels, and positions of each: midpoints moved a little."""
-    random = np.random.default_rng(seed)
-    lods, V = hierarchy(mesh.F, len(mesh.V), levels), [mesh.V.astype(np.float32)]
-    for level in lods[:-1]:
-        P = midpoints(V[-1], level)
-        P[level.n:] += 0.02 * random.normal(size=(len(P) - level.n, 3))
-        V.append(P.astype(np.float32))
-    return lods, V
-
-
-def indices(B, lods):
-    return [MeshIndex.of(B, level) for level in lods]
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -59,18 +29,6 @@ def test_numpy_and_torch_agree(name):
     assert [x.shape for x in f] == [(len(level.F), 8) for level in lods[:-1]]
     assert all(np.abs(a - b.numpy()).max() < 1e-3 * max(1, np.abs(a).max()) for a, b in zip(f, ft, strict=True))
     assert all(np.abs(a - b.numpy()).max() < 1e-5 for a, b in zip(out, again, strict=True))
-
-
-@pytest.mark.parametrize("name", SHAPES)
-def test_folding_batch_normalization_changes_nothing(name):
-    lods, V = sequence(SHAPES[name], 2)
-    params = busy_parameters()
-    mesh = indices(NUMPY, lods)
-    f = encode(NUMPY, params, V, mesh)
-    short = folded(params)
-    assert not any("gamma" in k for k in flatten_tree(short))
-    assert all(np.allclose(a, b, atol=1e-4) for a, b in zip(f, encode(NUMPY, short, V, mesh), strict=True))
-    assert np.allclose(decode(NUMPY, params, V[0], f, mesh[:-1])[-1], decode(NUMPY, short, V[0], f, mesh[:-1])[-1], atol=1e-5)
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -138,10 +96,3 @@ def test_untrained_network_with_direct_path_already_reconstructs(name):
     without = decode(NUMPY, params, V[0], [0 * x for x in f], mesh[:-1])[0]
     w = [details(NUMPY, V[0], v, mesh[0])[:, 2] for v in (with_f, without, V[1])]
     assert np.abs(w[0] - w[2]).mean() < 0.2 * np.abs(w[1] - w[2]).mean()
-
-
-def test_flatten_and_unflatten_are_inverse():
-    tree = initial_parameters(NetworkConfig((4, 4), (4,)))
-    again = unflatten_tree(flatten_tree(tree))
-    assert flatten_tree(again).keys() == flatten_tree(tree).keys()
-    assert isinstance(again["decoder"], list) and len(again["decoder"]) == 2
