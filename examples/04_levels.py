@@ -17,7 +17,7 @@ lod = build_levels(decimation, 3)
 sampled = build_levels(decimation, 3, fitted=False)
 
 out, panels = folder(), {}
-for number, level in enumerate(hierarchy(lod.F0, len(lod.V0), lod.levels)):
+for number, level in enumerate(hierarchy(lod.F0, len(lod.V0), lod.level_count)):
     V = lod.V[: level.n] if number else lod.V0  # the vertices of a level are the first ones of the finest
     panels[f"M^{number}, {len(level.F):,} faces"] = TriMesh(V, level.F)
     error = evaluate(TriMesh(V, level.F), mesh, samples=20_000)

@@ -13,7 +13,7 @@ from npm_blender.core.network import FEATURES, NUMPY, MeshIndex, decode, encode,
 
 mesh = bumpy_torus()
 lod = build_lod(mesh, LodSettings(base_faces=200, levels=3))
-levels = hierarchy(lod.F0, len(lod.V0), lod.levels)
+levels = hierarchy(lod.F0, len(lod.V0), lod.level_count)
 indices = [MeshIndex.of(NUMPY, level) for level in levels]  # the connectivity as the layers gather by it
 params, V0 = load_weights().params, NUMPY.array(lod.V0)
 

@@ -56,3 +56,17 @@ def test_every_target_of_make_that_is_named_exists(document):
     targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
     named = set(re.findall(r"(?:^    |`)make ([a-z-]+)", document.read_text(encoding="utf-8"), re.MULTILINE))
     assert named - targets == set()
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda p: p.name)
+def test_every_link_to_a_section_of_the_same_page_finds_its_heading(document):
+    text = document.read_text(encoding="utf-8")
+    headings = {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in re.findall(r"^#+ (.+)$", text, re.MULTILINE)}
+    assert set(re.findall(r"\]\(#([\w-]+)\)", text)) - headings == set()
+
+
+def test_the_tour_names_every_module_of_the_core():
+    tour = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    core = ROOT / "npm_blender" / "core"
+    modules = [p.relative_to(core).as_posix() for p in sorted(core.rglob("*.py")) if p.name != "__init__.py"]
+    assert [name for name in modules if f"`{name}`" not in tour] == []

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-TOPS = ("npm_blender", "benchmarks", "training", "corpus")
+TOPS = ("npm_blender", "benchmarks", "training", "corpus", "examples")
 
 
 def name_of(path: Path, root: Path) -> str:

@@ -3,6 +3,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from npm_blender.core import open_stream
 
@@ -15,8 +16,9 @@ def test_readme_begins_with_the_front_door():
     assert "from npm_blender.core import TriMesh, compress, open_stream" in BLOCKS[0].splitlines()
 
 
+@pytest.mark.slow
 def test_the_snippet_runs_and_gives_a_mesh_near_the_input(monkeypatch):
-    monkeypatch.setattr("npm_blender.core.codec.compression.find_spec", lambda name: None)  # torch would take half a minute
+    monkeypatch.setattr("npm_blender.core.settings.find_spec", lambda name: None)  # torch would take half a minute
     names = {}
     exec(compile(BLOCKS[0], "README.md", "exec"), names)  # noqa: S102
     data, mesh = names["data"], names["mesh"]

@@ -31,6 +31,7 @@ def test_an_example_is_short_and_says_where_its_stage_lives(example):
     assert "argparse" not in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
 def test_an_example_writes_a_mesh_and_a_picture(made, example):
     if example.stem == "07_refine" and not find_spec("torch"):
@@ -45,10 +46,12 @@ def test_an_example_writes_a_mesh_and_a_picture(made, example):
         assert path.read_bytes().startswith(b"\x89PNG") and path.stat().st_size > 5_000
 
 
+@pytest.mark.slow
 def test_the_stream_of_the_first_example_opens(made):
     assert open_stream((made / "00_torus.npmesh").read_bytes()).decode(level=0).F.shape == (200, 3)
 
 
+@pytest.mark.slow
 def test_the_page_shows_every_example_with_its_picture(made):
     page = (made / "index.html").read_text(encoding="utf-8")
     for example in EXAMPLES:

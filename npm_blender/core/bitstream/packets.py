@@ -1,7 +1,7 @@
 """Packets of features, in order of importance, on the wire.
 
 A feature is one face's vector of integers in one group: latents of levels 0..L-1, then offsets of the same levels, in
-one or more passes (see `featurefaces`). `packet_sizes` fixes how many features each packet holds, and how many packets
+one or more passes (see `significance`). `packet_sizes` fixes how many features each packet holds, and how many packets
 make a batch. Batches are in order of importance; inside a batch features are sorted by (group, face), since telling
 the order of features that are worth about the same costs more than it gains. All learned state carries on, so a packet
 needs all packets before it.
