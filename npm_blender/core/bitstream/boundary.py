@@ -153,4 +153,4 @@ def new_boundary(faces: int, dummies: int) -> Boundary:
     """An empty region that is to have so many faces, and so many dummy vertices beside it."""
     room, state = 8 * faces + 32, np.zeros(9, np.int64)
     state[ALL_FACES], state[DUMMIES] = faces, dummies
-    return Boundary(*(np.zeros(room, np.int64) for _ in range(7)), state)
+    return Boundary._make([*(np.zeros(room, np.int64) for _ in range(7)), state])

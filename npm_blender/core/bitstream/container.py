@@ -197,6 +197,8 @@ def _read_header(data: bytes) -> tuple[Header, int, int, int]:
 
 def _header_fields(data: bytes) -> tuple[Header, int, int, int]:
     """As `_read_header`. Raises EOFError if the data end inside the header."""
+    at = len(MAGIC)
+
     def take(count: int) -> bytes:
         nonlocal at
         if at + count > len(data):
@@ -209,7 +211,6 @@ def _header_fields(data: bytes) -> tuple[Header, int, int, int]:
         value, at = read_varint(data, at)
         return value
 
-    at = len(MAGIC)
     version, length = take(2)
     check_header(version >= 1, "a format version", version)
     name, weights_hash, (shape, bits) = take(length), take(8), take(2)

@@ -37,7 +37,7 @@ class _Known(NamedTuple):
     carried: int
     own: int
     own_signed: int
-    count: int
+    count: int  # type: ignore[assignment]  # a field, which hides tuple.count
     around: int
     signed: int
     known: int

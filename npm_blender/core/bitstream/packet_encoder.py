@@ -32,7 +32,8 @@ class PacketEncoder:
 
     def packets(self, count: int | None = None) -> list[bytes]:
         """Length and payload of each packet of the first `count` features, None for all; the CRCs are not yet there."""
-        out, at = [], 0
+        out: list[bytes] = []
+        at = 0
         for k, sizes in enumerate(packet_sizes(len(self._number) if count is None else count, self._batches)):
             state = self._states[k]
             if sizes != self._sizes[k]:  # `count` cuts this batch

@@ -36,7 +36,8 @@ def packet_sizes(total: int, batches: bool = True) -> list[list[int]]:
     The first batches are of one packet, that up to 400 features is one, then come batches of BATCH packets. batches:
     False for streams before version 3, where each packet is a batch.
     """
-    out, size, done = [], 20, 0
+    out: list[list[int]] = []
+    size, done = 20, 0
     while done < total:
         if done == 40:
             size = 40
@@ -186,7 +187,8 @@ def read_packets(data: bytes, at: int, faces: Faces, channels: int, total: int, 
 def _whole_packets(data: bytes, at: int, sizes: list[int], channels: int, faces: int,
                    crc: int) -> tuple[list[tuple[int, int, int]], int, bool, str | None]:
     """(features, first payload byte, end) of each undamaged packet; offset of the first; truncated; what is wrong."""
-    out, start = [], at
+    out: list[tuple[int, int, int]] = []
+    start = at
     for size in sizes:
         try:
             length, begin = read_varint(data, at)

@@ -42,7 +42,7 @@ class Sent(NamedTuple):
 
     row: np.ndarray
     weights: np.ndarray
-    count: np.ndarray
+    count: np.ndarray  # type: ignore[assignment]  # a field, which hides tuple.count
     last: np.ndarray
     hits: np.ndarray
     expected: np.ndarray

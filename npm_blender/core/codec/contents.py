@@ -63,7 +63,8 @@ class Contents:
     def __init__(self, weights: Weights, levels: list[Level], source: SourceFacts, base: Base, latents: Latents) -> None:
         """levels: 0..L-1."""
         self._weights, self._levels, self._source, self._base = weights, levels, source, base
-        self._latents, self._passes = latents, []
+        self._latents = latents
+        self._passes: list[Offsets] = []
         self._writers: dict[int, StreamWriter] = {}  # by number of passes
 
     def add(self, offsets: Offsets) -> None:
@@ -113,6 +114,7 @@ class Contents:
         numbers = np.concatenate([self._latents.order, *((i + 1) * total + p.order for i, p in enumerate(passes))])
         values = [*self._latents.ints, *(offset_values(p.ints, self._levels, FEATURES) for p in passes)]
         group, face = split_numbers(numbers, self._levels * (1 + len(passes)))
+        x, y, z = self._source.frame.centre
         header = Header(
             model_id=self._weights.model_id,
             weights_hash=self._weights.digest,
@@ -122,7 +124,7 @@ class Contents:
             total_features=len(numbers),
             source_faces=self._source.faces,
             source_vertices=self._source.vertices,
-            centre=tuple(map(float, self._source.frame.centre)),
+            centre=(float(x), float(y), float(z)),
             size=self._source.frame.size,
         )
         return StreamWriter(header, self._base.coded, group, face, np.concatenate(values)[numbers])

@@ -110,7 +110,8 @@ class ProgressiveMesh:
             seen = (*groups[0, :i + 1], *groups[1:, :i].reshape(-1))
             known = self._steps[i]
             if known is None or known[0] != seen:
-                below = self._steps[i - 1][1].hidden if i else None
+                before = self._steps[i - 1] if i else None
+                below = before[1].hidden if before else None
                 step = predict(NUMPY, self._params, i, out[i], below, self._latents(features, i), self._meshes[i])
                 known = self._steps[i] = seen, step._replace(hidden=self._handed_down(i, step.hidden))
             out.append(known[1].vertices(NUMPY, self._offsets(features, i) if self.header.passes else None))

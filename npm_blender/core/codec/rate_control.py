@@ -4,9 +4,12 @@ Most of a stream's bytes go best into the base: a face of it costs less than two
 as cheaply where edges are sharp or parts thin. Measured on the validation split: docs/performance.md.
 """
 from collections.abc import Callable
+from typing import TypeVar
 
 from ..errors import SettingsError
 from ..settings import AUTO, CompressSettings, LodSettings
+
+R = TypeVar("R")
 
 HEAD = 100  # bytes of a stream that are neither base nor features
 FACES = 0.47  # of the base for each byte; the features get what is left, a tenth to a quarter
@@ -53,7 +56,7 @@ class BaseTooLarge(SettingsError):
         self.size, self.faces = size, faces
 
 
-def within_budget(send: Callable, settings: CompressSettings):
+def within_budget(send: Callable[[int, bool], R], settings: CompressSettings) -> R:
     """send(base faces, room for handles); where the base turns out too large for the budget, again with fewer.
 
     Where the budget chooses their number, it does not pay for such room; else that is what is tried without.

@@ -5,6 +5,7 @@ fitted through the decoder; without it the latents are the encoder's and the off
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,6 +30,9 @@ from .importance import (
 from .quantization import BASE_STEP, GROWTH, LEAST_BITS, LEAST_STEP, latent_steps, step_scale
 from .rate_control import BaseTooLarge
 from .stage_clock import StageClock
+
+if TYPE_CHECKING:
+    from ..refinement import Refiner  # loads torch
 
 
 @dataclass(frozen=True)
@@ -107,24 +111,24 @@ class Sender:
         if budget and size > budget:
             raise BaseTooLarge(size, len(self.lod.F0), budget)
 
-    def _no_latents(self, kind) -> list[np.ndarray]:
+    def _no_latents(self, kind: type) -> list[np.ndarray]:
         return [np.zeros((len(level.F), FEATURES), kind) for level in self.feature_levels]
 
     def _nothing_sent(self) -> Latents:
         return Latents(latent_steps(self.lod.level_count), self._no_latents(np.int32), np.zeros(0, np.int64))
 
-    def _refiner(self):
+    def _refiner(self) -> "Refiner":
         from ..refinement import Refiner, Target
 
         with self.clock.stage("refine") as progress:
             target = Target(self.sequence.mesh, self.surface, self.lod, self.levels)
-            refiner = Refiner(self.params, target, self.settings.refine_steps, progress, self.compute)
+            refiner = Refiner(self.params, target, self.settings.refine_steps or 0, progress, self.compute)
         refiner.total = STAGES
         if self.compute.device == "gpu" and refiner.device == "cpu":
             self.message = "refined on the processor, as torch finds no GPU"
         return refiner
 
-    def _base(self, refiner) -> Base:
+    def _base(self, refiner: "Refiner | None") -> Base:
         """The base, fitted twice: freely, since its bits follow from what such a mesh is off by, and then on their lattice."""
         V0 = self.lod.V0
         if refiner:
@@ -142,7 +146,7 @@ class Sender:
         error = max(float(self._face_errors(V0, self._no_latents(np.float32), None).sum()), 1e-9)
         return int(np.clip(np.ceil(-np.log2(BASE_STEP * error)), LEAST_BITS, self.settings.position_bits))
 
-    def _latents(self, refiner, V0: np.ndarray) -> Latents:
+    def _latents(self, refiner: "Refiner | None", V0: np.ndarray) -> Latents:
         """The latents that are sent, on a base with positions V0; with a refiner fitted level by level, then in their order."""
         values = self._encode(V0)
         scale = step_scale(float(self._face_errors(V0, [0 * v for v in values], None).sum()))
@@ -185,7 +189,7 @@ class Sender:
                 errors.append(error[self.levels[-1].F].mean(1) * self.area)
             return gain_order(flat, measured_gains(errors, self.feature_levels))[:LATENTS]
 
-    def _add_offsets(self, refiner, contents: Contents, V0: np.ndarray, latents: list[np.ndarray]) -> None:
+    def _add_offsets(self, refiner: "Refiner | None", contents: Contents, V0: np.ndarray, latents: list[np.ndarray]) -> None:
         """Pass after pass, each on top of the ones before, until the budget is full. latents: (m_i, 8) per level."""
         error = float(self._face_errors(V0, latents, None).sum())
         sent = [np.zeros(len(mesh.edge_a)) for mesh in self.meshes[:-1]]
@@ -196,7 +200,7 @@ class Sender:
             if self.settings.budget and contents.size() >= self.settings.budget:
                 break
 
-    def _offsets(self, refiner, before: _Decoded, error: float, plan: OffsetPass) -> Offsets:
+    def _offsets(self, refiner: "Refiner | None", before: _Decoded, error: float, plan: OffsetPass) -> Offsets:
         """One pass on top of what was sent before, for a mesh that is off by `error` without any offsets."""
         levels = self.feature_levels
         steps = (max(plan.step * error, LEAST_STEP) * GROWTH ** np.arange(len(levels))).astype(np.float32)

@@ -33,7 +33,7 @@ class Corners(NamedTuple):
     """
 
     at: np.ndarray
-    count: np.ndarray
+    count: np.ndarray  # type: ignore[assignment]  # a field, which hides tuple.count
     first: np.ndarray
     next: np.ndarray
     share: np.ndarray

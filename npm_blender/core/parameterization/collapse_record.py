@@ -67,7 +67,7 @@ class CollapseRecord(NamedTuple):
                 old, array = array, np.empty((max(least, 3 * len(array) // 2), *array.shape[1:]), array.dtype)
                 array[:filled] = old[:filled]
             arrays.append(array)
-        return CollapseRecord(*arrays, self.filled)
+        return CollapseRecord._make([*arrays, self.filled])
 
     def used(self) -> "CollapseRecord":
         """Itself without unused room; views, not copies."""

@@ -5,7 +5,9 @@ Distances are to the nearest points of the input, not to fixed targets: sliding 
 """
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -16,6 +18,8 @@ from ..mesh import Level, TriMesh
 from ..network import MeshIndex, face_normals
 from ..progress import Progress, no_progress
 from ..settings import ComputeSettings
+
+Tensor: TypeAlias = Any  # a torch tensor; torch is loaded only where something is refined
 
 UNITS = (0.3e-4, 15e-4)  # bounds of the distance that counts as one: the mesh's own mean error at the start of a stage
 TANGENTIAL = 0.005  # weight of the distance to the mapped points, which keeps the mesh from sliding and folding
@@ -93,25 +97,25 @@ class Descent:
         self.stage, self.total = 0, 1
         self.unit, self.normal = UNITS[1], NORMAL
 
-    def _weights(self, target: Target, depth: int):
+    def _weights(self, target: Target, depth: int) -> tuple[Tensor, Tensor]:
         """Shares of the area of the faces of a level, (m, 1), and their normals (m, 3)."""
         level = target.levels[depth]
         mesh = TriMesh(target.lod.V[: level.n], level.F)
         areas = mesh.face_areas()
         return self.B.array((areas / areas.sum())[:, None]), self.B.array(mesh.face_normals())
 
-    def decode(self, V0, features, depth, offsets=None):
+    def decode(self, V0: Tensor, features: list[Tensor], depth: int, offsets: list[Tensor] | None = None) -> Tensor:
         """Vertices (n, 3) of level `depth`, a tensor: what the receiver makes of base, latents and offsets."""
         from ..network import decode
 
         return decode(self.B, self.params, V0, features[:depth], self.meshes[:depth], offsets)[-1]
 
-    def _points(self, V, depth):
+    def _points(self, V: Tensor, depth: int) -> Tensor:
         """What is held against the input: the vertices and the face centres, (n + m, 3)."""
         mesh = self.meshes[depth]
         return self.B.concat([V, self.B.take(V, mesh.F).reshape(mesh.m, 3, 3).sum(1) / 3], 0)
 
-    def _nearest(self, V, depth):
+    def _nearest(self, V: Tensor, depth: int) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """For the points of V: the nearest points of the input, the directions to them, and shares of the area.
 
         The area is the mean of the target's and of the decoded mesh's, so that a spike counts by the surface it shows.
@@ -128,7 +132,7 @@ class Descent:
             vertex = self.B.scatter_sum(torch.cat([share] * 3, 1).reshape(-1, 1) / 3, mesh.F, mesh.n)
             return self.B.array(point), direction, torch.cat([vertex, share])[:, 0] / 2, far[:, 0]
 
-    def _loss(self, V, nearest, depth):
+    def _loss(self, V: Tensor, nearest: tuple[Tensor, Tensor, Tensor, Tensor], depth: int) -> Tensor:
         torch = self.torch
         point, direction, share, _ = nearest
         face_share, normals = self.weights[depth]
@@ -140,7 +144,9 @@ class Descent:
         distance = (torch.sqrt(along * along + 1e-10) * share).sum()
         return (distance + TANGENTIAL * slide) / self.unit + self.normal * (bend * face_share[:, 0]).sum()
 
-    def descend(self, leaves, rate, decode, masks=None, coarse=False, effort=1, cost=None):
+    def minimize(self, leaves: list[Tensor], rate: float, decode: Callable[[int, float], Tensor],
+                masks: list[Tensor] | None = None,
+                coarse: bool = False, effort: int = 1, cost: Callable[[], Tensor] | None = None) -> None:
         """Adam with a falling rate on the leaves, against decode(depth, share done).
 
         masks: 1 where a leaf's entry may move; coarse: most steps on the level before the last; effort: times more steps;
@@ -152,7 +158,7 @@ class Descent:
         if coarse:
             depths = [few] * (COARSE_STEPS * self.steps) + depths[self.steps // 2 :]
         optimiser = torch.optim.Adam(leaves, lr=rate, betas=(0.9, 0.98))
-        nearest = None
+        nearest: Any = None
         for step, depth in enumerate(depths):
             done = step / len(depths)
             self.progress(min(1.0, (self.stage + done) / self.total), "Refining")
@@ -170,7 +176,8 @@ class Descent:
                 leaf.grad = None if gradient is None else torch.nan_to_num(gradient) * mask
             optimiser.step()
 
-    def face_errors(self, base, values, offsets=None) -> tuple[np.ndarray, np.ndarray]:
+    def face_errors(self, base: Tensor, values: list[Tensor],
+                    offsets: list[Tensor] | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Mean distance to the input and area of the faces of the finest decode, (m,) float64 each.
 
         A quadrature of degree three: the corners, the middles of the sides and the centre.
@@ -183,7 +190,8 @@ class Descent:
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
         return distance.reshape(-1, 7) @ QUADRATURE, area
 
-    def distances(self, base, values, offsets=None) -> tuple[float, float, float]:
+    def distances(self, base: Tensor, values: list[Tensor], offsets: list[Tensor] | None = None) -> tuple[float,
+                  float, float]:
         """Mean distance of a decode to the input, by the area that is fitted, by the area shown, and that more exactly."""
         distance, area = self.face_errors(base, values, offsets)
         exact = float(distance @ area / max(area.sum(), 1e-30))
@@ -193,4 +201,5 @@ class Descent:
             _, area = face_normals(self.B, V, self.meshes[self.depth])
             corners = distance[: len(V)][self.meshes[self.depth].F].reshape(-1, 3).mean(1)
             shown = ((corners + distance[len(V) :]) / 2 * area[:, 0]).sum() / area.sum()
-            return *map(float, self.B.numpy(self.torch.stack([(distance * share).sum(), shown]))), exact
+            fitted, shown = map(float, self.B.numpy(self.torch.stack([(distance * share).sum(), shown])))
+            return fitted, shown, exact

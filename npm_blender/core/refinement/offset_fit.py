@@ -5,9 +5,11 @@ with their bits in the loss, so that an edge keeps its zero where moving it save
 along their order of importance, so that prefixes are good too.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
-from .descent import Descent
+from .descent import Descent, Tensor
 
 RATE = 0.3  # Adam's rate, in quantization steps
 EFFORT = 2  # times more steps
@@ -22,7 +24,9 @@ class OffsetFit:
     offsets of the pass before, unit frame; steps (L,): quantization steps, unit frame; bit: share of the loss for a bit. The
     loss is that of `Refiner`, plus bit sum_e log2(1 + |o_e|) for integers o_e.
 
-    >>> import numpy as np
+    >>> from collections.abc import Callable
+
+import numpy as np
     >>> from npm_blender.core import LodSettings, TriMesh, build_lod
     >>> from npm_blender.core.geometry import ClosestPoints
     >>> from npm_blender.core.mesh import hierarchy
@@ -66,7 +70,7 @@ class OffsetFit:
         B, random = self.descent.B, np.random.default_rng(len(start))
         ranks = [B.array(r[:, None]) for r in ranks]
 
-        def seen(leaves, done):
+        def seen(leaves: list[Tensor], done: float) -> list[Tensor]:
             cut = 1.5 if random.random() < WHOLE else random.random() ** 2
             return [leaf * (rank < cut) for leaf, rank in zip(leaves, ranks, strict=True)]
 
@@ -79,22 +83,22 @@ class OffsetFit:
         values = self._added([self.descent.B.array(o[:, None]) for o in offsets])
         return self.descent.distances(self.base, self.latents, values)[2]
 
-    def _added(self, news) -> list:
+    def _added(self, news: list[Tensor]) -> list[Tensor]:
         return [a + b * s for a, b, s in zip(self.sent, news, self.steps, strict=True)]
 
-    def _fit(self, start, seen) -> list[np.ndarray]:
+    def _fit(self, start: list[np.ndarray], seen: Callable[[list[Tensor], float], list[Tensor]]) -> list[np.ndarray]:
         torch, B = self.torch, self.descent.B
         leaves = [B.array(s[:, None]).requires_grad_(True) for s in start]
 
-        def decode(depth, done):
+        def decode(depth: int, done: float) -> Tensor:
             values = seen(leaves, done)
             if done > ROUNDED:
                 values = [v + (torch.round(v) - v).detach() for v in values]
             return self.descent.decode(self.base, self.latents, depth, self._added(values))
 
-        def cost():
+        def cost() -> Tensor:
             return self.bit * sum(torch.log2(1 + leaf.abs()).sum() for leaf in leaves)
 
-        self.descent.descend(leaves, RATE, decode, effort=EFFORT, cost=cost)
+        self.descent.minimize(leaves, RATE, decode, effort=EFFORT, cost=cost)
         self.descent.stage += 1
         return [np.rint(B.numpy(leaf)[:, 0]).astype(np.int32) for leaf in leaves]

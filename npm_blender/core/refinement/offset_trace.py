@@ -40,11 +40,12 @@ def traced_offsets(
     >>> [(integers.shape, integers.dtype.name) for integers in found]
     [((6,), 'int32')]
     """
-    V, sent, out = NUMPY.array(V0), [], []
+    V, out = NUMPY.array(V0), []
+    sent: list[np.ndarray] = []
     for level, (mesh, base, step) in enumerate(zip(meshes, before, steps, strict=True)):
         _, _, normal, length = edge_frames(NUMPY, V, mesh)
 
-        def finer(last, level=level):
+        def finer(last: np.ndarray, level: int = level) -> np.ndarray:
             return decode(NUMPY, params, NUMPY.array(V0), latents[: level + 1], meshes[: level + 1], [*sent, last])[-1]
 
         middle = finer(base.astype(np.float32)[:, None])[len(V) :].astype(np.float64)

@@ -5,9 +5,11 @@ base comes first, so that the mesh without features is as good as it can be; the
 with their bits in the loss. The offsets follow, see `offset_fit`.
 """
 
+from functools import partial
+
 import numpy as np
 
-from .descent import NORMAL, Descent
+from .descent import NORMAL, Descent, Tensor
 
 BASE_RATE = 0.01  # Adam's rate on base positions, over the mean edge length of the base
 RATES = (0.15, 0.08)  # Adam's rates on latents: of the first level when it is fitted alone, and of all that follows
@@ -56,11 +58,11 @@ class Refiner(Descent):
         low = V0[self.B.numpy(self.meshes[0].F).reshape(-1, 3)]
         edge = float(np.linalg.norm(low[:, 0] - low[:, 1], axis=1).mean())
 
-        def decode(depth, done):
+        def decode(depth: int, done: float) -> Tensor:
             V = leaf if bits is None else leaf + (self.torch.round(leaf * 2**bits) / 2**bits - leaf).detach()
             return self.decode(V, none, depth)
 
-        self.descend([leaf], BASE_RATE * edge, decode, coarse=True)
+        self.minimize([leaf], BASE_RATE * edge, decode, coarse=True)
         self.stage += 1
         fitted = self.B.numpy(leaf).astype(np.float64)
         if bits is None:
@@ -81,10 +83,14 @@ class Refiner(Descent):
             if f.any():
                 leaf = self.B.array(f.copy()).requires_grad_(True)
                 values = [*done[:i], leaf, *done[i + 1 :]]
-                self.descend([leaf], scale * RATES[i > 0], lambda depth, _, f=values: self.decode(base, f, depth))
+                self.minimize([leaf], scale * RATES[i > 0], partial(self._with_values, base, values))
                 done[i] = leaf.detach()
         self.stage += 1
         return [self.B.numpy(f) for f in done]
+
+    def _with_values(self, base: Tensor, values: list[Tensor], depth: int, _: float) -> Tensor:
+        """The decode to a level, as `minimize` asks for it."""
+        return self.decode(base, values, depth)
 
     def latents(
         self, V0: np.ndarray, features: list[np.ndarray], order: np.ndarray, steps: np.ndarray, scale: float
@@ -106,7 +112,8 @@ class Refiner(Descent):
             return [np.zeros(f.shape, np.int32) for f in features]
         return [self.B.numpy(i).astype(np.int32) for i in ints]
 
-    def _best(self, base, features, ranks, count, steps, rate):
+    def _best(self, base: Tensor, features: list[Tensor], ranks: list[Tensor], count: int, steps: list[Tensor],
+              rate: float) -> list[Tensor] | None:
         """Integers that bring the mesh nearer, of the first attempt that does so visibly.
 
         Where none does, each attempt is tried again with those latents only whose surroundings it brings nearer, and the
@@ -114,7 +121,8 @@ class Refiner(Descent):
         """
         none = [self.B.array(np.zeros(f.shape)) for f in features]
         before = self.distances(base, none)
-        tried, best = [], (before[2], None)
+        tried: list[list[Tensor]] = []
+        best: tuple[float, list[Tensor] | None] = before[2], None
         for share, self.normal, divisors in ATTEMPTS:
             found = self._attempt(base, [self.B.array(share * f) for f in features], ranks, count, steps, rate)
             for divisor in divisors:
@@ -129,7 +137,7 @@ class Refiner(Descent):
                 best = min(best, (self._error_with(base, ints, steps, before), ints), key=lambda pair: pair[0])
         return best[1]
 
-    def _pruned(self, base, ints, steps):
+    def _pruned(self, base: Tensor, ints: list[Tensor], steps: list[Tensor]) -> list[Tensor]:
         """`ints` without the latents that leave their face and its neighbours farther from the input than none at all."""
         distance, area = self.face_errors(base, [0 * i for i in ints])
         after, area_after = self.face_errors(base, _values(ints, steps))
@@ -141,14 +149,15 @@ class Refiner(Descent):
             kept.append(new * self.B.array(own + own[across].sum(1) > 0)[:, None])
         return kept
 
-    def _attempt(self, base, first, ranks, count, steps, rate):
+    def _attempt(self, base: Tensor, first: list[Tensor], ranks: list[Tensor], count: int, steps: list[Tensor],
+                 rate: float) -> list[Tensor]:
         """Integers of the latents with ranks below `count`, fitted from `first`; zeros elsewhere."""
         torch = self.torch
         masks = [r < count for r in ranks]
         leaves = [f.requires_grad_(True) for f in first]
         random = np.random.default_rng(count)
 
-        def prefix(depth, done):
+        def prefix(depth: int, done: float) -> Tensor:
             """Some steps see only a part of the latents, so that prefixes are good too."""
             cut = count if random.random() < WHOLE else 1 + int(count * random.random() ** 2)
             values = []
@@ -157,20 +166,21 @@ class Refiner(Descent):
                 values.append((rounded if done > ROUNDED else leaf) * (rank < cut))
             return self.decode(base, values, depth)
 
-        def cost():
+        def cost() -> Tensor:
             bits = (torch.log2(1 + (x / s).abs()) * m for x, s, m in zip(leaves, steps, masks, strict=True))
             return BIT * sum(b.sum() for b in bits)
 
-        self.descend(leaves, rate, prefix, masks, coarse=True, cost=cost)
+        self.minimize(leaves, rate, prefix, masks, coarse=True, cost=cost)
         return [torch.round(x.detach() / s) * m for x, s, m in zip(leaves, steps, masks, strict=True)]
 
-    def _error_with(self, base, ints, steps, before) -> float:
+    def _error_with(self, base: Tensor, ints: list[Tensor], steps: list[Tensor], before: tuple[float, float,
+                    float]) -> float:
         """Mean distance of a decode with these integers; infinite if any measure is worse than `before`."""
         self.progress(min(1.0, (self.stage + 1) / self.total), "Refining")
         after = self.distances(base, _values(ints, steps))
         return after[2] if all(a < b for a, b in zip(after, before, strict=True)) else np.inf
 
 
-def _values(ints, steps) -> list:
+def _values(ints: list[Tensor], steps: list[Tensor]) -> list[Tensor]:
     """Latents from their integers."""
     return [i * s for i, s in zip(ints, steps, strict=True)]

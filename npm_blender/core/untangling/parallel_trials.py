@@ -73,7 +73,7 @@ class ParallelTrials:
 
     def _run(self, faces: np.ndarray, effort: Effort) -> tuple[list[tuple[int, int]], np.ndarray, np.ndarray]:
         """What each worker found (see `perturb_faces`), the work of each try (faces, t), and what smoothing failed."""
-        workers = 1 if first_time(perturb_faces.py_func) else self._count
+        workers = 1 if first_time(perturb_faces) else self._count
         won, costs = np.array([NONE]), np.zeros((workers, len(faces), self._room), np.int64)
         failed = np.zeros((workers, len(faces), SMOOTHED), bool)
 
