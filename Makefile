@@ -27,7 +27,7 @@ test: $(VENV)/.test  ## Run the tests (or those of TESTS=path)
 	$(PY) -m pytest $(TESTS)
 
 test-fast: $(VENV)/.test  ## Run the tests that are quick and need no Blender, on two cores, in about a minute
-	$(PY) -m pytest -m "not slow and not blender" -n 2 --dist loadfile $(TESTS)
+	$(PY) -m pytest -m "not slow and not blender" --ignore=tests/addon -n 2 --dist loadfile $(TESTS)
 
 test-shuffled: $(VENV)/.test  ## Run the tests in an order drawn by SEED: none may lean on another
 	$(PY) -m pytest --random-order-bucket=module --random-order-seed=$(or $(SEED),1) $(TESTS)

@@ -1,6 +1,7 @@
 """Compress: from a selected object to a preview in its place, through the worker process; and every way to refuse."""
 import os
 import shutil
+import subprocess
 import time
 from pathlib import Path
 
@@ -252,6 +253,32 @@ def test_the_worker_goes_behind_the_window(part):
     behind = os.getpriority(os.PRIO_PROCESS, job._process.pid) - os.getpriority(os.PRIO_PROCESS, 0)
     job.cancel()
     assert behind == min(part("jobs.worker").NICENESS, 19 - os.getpriority(os.PRIO_PROCESS, 0))
+
+
+SMALLEST = """
+import importlib, numpy
+codec, mesh, settings = (importlib.import_module(f"{name}.core.{part}") for part in ("codec", "mesh", "settings"))
+k = numpy.arange(8)
+V = numpy.stack([numpy.cos(0.8 * k), numpy.sin(0.8 * k), 0.3 * (k % 2)], 1)
+V = numpy.concatenate([V + (0, 0, z) for z in range(5)])
+i, j = (a.ravel() for a in numpy.meshgrid(range(4), range(7), indexing="ij"))
+a, b = 8 * i + j, 8 * i + j + 1
+sheet = mesh.TriMesh.from_arrays(V, numpy.concatenate([numpy.stack(f, 1) for f in ((a, b, b + 8), (a, b + 8, a + 8))]))
+chosen = settings.CompressSettings(lod=settings.LodSettings(base_faces=30, levels=1), refine_steps=0)
+assert codec.open_stream(codec.compress(sheet, chosen).data).total_features > 0
+print(sum(m.partition(".")[0] == "npm_blender" for m in sys.modules), sum(m.startswith(name + ".core.") for m in sys.modules))
+"""
+
+
+def test_the_core_runs_under_the_name_that_blender_gives_it(part, tmp_path, as_installed):
+    """As in a worker, but uncompiled, so that only this small mesh takes long: 56 faces."""
+    process = part("jobs.process")
+    *python, bootstrap, name, folder, _ = process.command(tmp_path)
+    start, _, _ = bootstrap.partition("runpy.run_module")
+    environment = {**process.environment(tmp_path, part("preferences").worker_settings()), "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run([*python, start + SMALLEST, name, folder], env=environment, capture_output=True, text=True)
+    plain, own = map(int, done.stdout.split() or (-1, -1))
+    assert plain == 0 and own > 30 and name.startswith("bl_ext."), done.stderr
 
 
 def test_the_worker_never_loads_bpy(part, monkeypatch):

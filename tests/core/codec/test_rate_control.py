@@ -14,7 +14,7 @@ from npm_blender.core.settings import AUTO, CompressSettings, LodSettings
 from tests.meshes.dirty_meshes import many_parts
 from tests.meshes.shapes import bumpy, grid, torus
 
-SHAPES = {"closed": bumpy(4), "open": grid(40), "torus": torus(60, 30)}
+SHAPES = {"closed": bumpy(5), "open": grid(60), "torus": torus(90, 40)}
 CHOSEN = LodSettings(base_faces=AUTO, levels=AUTO)
 BUDGETS = (500, 1_000, 2_500)
 

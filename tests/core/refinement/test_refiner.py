@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from npm_blender.core import network
 from npm_blender.core.codec.compression import compress, open_stream
 from npm_blender.core.errors import DependencyError, SettingsError
 from npm_blender.core.evaluation.metrics import evaluate
@@ -89,7 +90,7 @@ class NoSurface:
 @pytest.mark.slow
 def test_everything_stays_on_the_chosen_device(monkeypatch):
     """torch's device "meta" has shapes and no numbers: an operation with a tensor of the processor fails on it."""
-    monkeypatch.setattr(torch_backend, "torch_device", lambda wanted: {"gpu": "meta", "cpu": "cpu"}[wanted])
+    monkeypatch.setattr(network, "torch_device", lambda wanted: {"gpu": "meta", "cpu": "cpu"}[wanted])
     fetched = []
 
     def numpy(self, x):
