@@ -39,7 +39,7 @@ def package() -> str:
 
 @pytest.fixture
 def part(package):
-    """A function that imports a module of the extension: part("core.codec.compression")."""
+    """A function that imports a module of the extension: part("core.codec")."""
     return lambda name: importlib.import_module(f"{package}.{name}")
 
 

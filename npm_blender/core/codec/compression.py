@@ -13,7 +13,6 @@ from ..network import load_weights
 from ..progress import Progress, no_progress, noted
 from ..settings import AUTO, CompressSettings, ComputeSettings, LodSettings, has_torch
 from .contents import SourceFacts
-from .progressive_mesh import ProgressiveMesh, open_stream
 from .rate_control import level_count_for, within_budget
 from .sender import Sender, Sequence
 from .stage_clock import StageClock
@@ -137,6 +136,3 @@ def _sequence(unit: TriMesh, settings: LodSettings, room: bool, clock: StageCloc
         order, connectivity = order_connectivity(decimation.F0, len(decimation.V0))
         lod = build_levels(decimation, count, order, progress=report)
     return Sequence(unit, lod, hierarchy(lod.F0, len(lod.V0), lod.level_count), connectivity)
-
-
-__all__ = ["Compressed", "CompressReport", "ProgressiveMesh", "compress", "open_stream"]

@@ -4,7 +4,7 @@ import json
 import numpy as np
 import pytest
 
-from npm_blender.core.codec.compression import compress, open_stream
+from npm_blender.core.codec import compress, open_stream
 from npm_blender.core.errors import Cancelled, StreamError
 from npm_blender.core.evaluation import prefix_errors
 from npm_blender.core.evaluation.metrics import Original

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from npm_blender.core import network
-from npm_blender.core.codec.compression import compress, open_stream
+from npm_blender.core.codec import compress, open_stream
 from npm_blender.core.errors import DependencyError, SettingsError
 from npm_blender.core.evaluation.metrics import evaluate
 from npm_blender.core.geometry.closest_point import ClosestPoints
