@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from npm_blender.core.codec import compression, progressive_mesh
-from npm_blender.core.codec import compress, open_stream
+from npm_blender.core.codec import compress, compression, open_stream, progressive_mesh
 from npm_blender.core.errors import Cancelled, DependencyError, MeshError, SettingsError, StreamError
 from npm_blender.core.evaluation.metrics import evaluate
 from npm_blender.core.mesh.topology import topology_of

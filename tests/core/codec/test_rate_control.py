@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from npm_blender.core.codec import rate_control
-from npm_blender.core.codec import compress, open_stream
+from npm_blender.core.codec import compress, open_stream, rate_control
 from npm_blender.core.errors import SettingsError
 from npm_blender.core.evaluation.metrics import evaluate
 from npm_blender.core.settings import AUTO, CompressSettings, LodSettings
