@@ -28,9 +28,9 @@ def ending(monkeypatch):
         def fail(*_, **__):
             raise error
 
-        codec = types.ModuleType("npm_blender.core.codec.compression")
+        codec = types.ModuleType("npm_blender.core.codec")
         codec.compress = codec.open_stream = fail
-        monkeypatch.setitem(sys.modules, "npm_blender.core.codec.compression", codec)
+        monkeypatch.setitem(sys.modules, "npm_blender.core.codec", codec)
 
     return ending
 
@@ -57,9 +57,9 @@ def test_our_own_bug_keeps_its_traceback(run, ending, sphere_file, tmp_path):
 
 
 def test_write_that_fails_half_way_leaves_no_part(run, monkeypatch, sphere_file, tmp_path):
-    codec = types.ModuleType("npm_blender.core.codec.compression")
+    codec = types.ModuleType("npm_blender.core.codec")
     codec.compress = lambda *_: types.SimpleNamespace(data=b"new", report=None)
-    monkeypatch.setitem(sys.modules, "npm_blender.core.codec.compression", codec)
+    monkeypatch.setitem(sys.modules, "npm_blender.core.codec", codec)
 
     def no_space(*_):
         raise OSError(28, "No space left on device")
