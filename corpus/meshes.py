@@ -8,7 +8,7 @@ from npm_blender.core.errors import FileError
 from npm_blender.core.mesh import TriMesh
 from npm_blender.core.meshio import read_mesh
 
-SUFFIXES = (".ply", ".obj", ".stl", ".glb", ".drc")
+SUFFIXES = (".ply", ".obj", ".off", ".stl", ".glb", ".drc")
 
 
 @dataclass(frozen=True)

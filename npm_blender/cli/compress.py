@@ -1,4 +1,4 @@
-"""Compress a mesh file (.ply .obj .stl .glb .drc) into a progressive .npmesh file."""
+"""Compress a mesh file (.ply .obj .off .stl .glb .drc) into a progressive .npmesh file."""
 
 import argparse
 import dataclasses
@@ -28,7 +28,7 @@ def number_or_auto(text: str) -> int:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the verb's arguments."""
     lod, whole = LodSettings(), CompressSettings()
-    parser.add_argument("input", metavar="IN", type=Path, help="mesh to read: .ply .obj .stl .glb .drc")
+    parser.add_argument("input", metavar="IN", type=Path, help="mesh to read: .ply .obj .off .stl .glb .drc")
     parser.add_argument("output", metavar="OUT.npmesh", type=Path, help="file to write")
     parser.add_argument(
         "--base-faces",

@@ -22,7 +22,7 @@ Y_UP = (".obj", ".glb", ".gltf")  # formats in which up is usually y; it matters
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the verb's arguments."""
-    parser.add_argument("mesh", metavar="MESH", type=Path, nargs="?", help="mesh to use: .ply .obj .stl .glb .drc")
+    parser.add_argument("mesh", metavar="MESH", type=Path, nargs="?", help="mesh to use: .ply .obj .off .stl .glb .drc")
     parser.add_argument(
         "--out", metavar="DIR", type=Path, default=Path("out/demo"), help="folder to write to (default %(default)s)"
     )

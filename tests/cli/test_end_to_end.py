@@ -75,7 +75,7 @@ def test_a_size_that_the_base_does_not_fit_into_is_bad_input(run, sphere_file, t
     assert not target.exists()
 
 
-@pytest.mark.parametrize("suffix", ["ply", "obj", "stl", "glb"])
+@pytest.mark.parametrize("suffix", ["ply", "obj", "off", "stl", "glb"])
 def test_decompress_writes_every_format(run, made, tmp_path, suffix):
     target = tmp_path / f"out.{suffix}"
     outcome = run("decompress", made[0], target, "--json")

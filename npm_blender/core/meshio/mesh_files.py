@@ -16,6 +16,7 @@ from ..files import read_file, write_file
 from ..mesh import TriMesh
 from .draco import read_draco
 from .obj import read_obj, write_obj
+from .off import read_off, write_off
 from .ply import read_ply, write_ply
 from .scenes import read_scene, read_stl, write_glb, write_stl
 
@@ -41,6 +42,7 @@ def of_bytes(read: Callable[[bytes], Arrays]) -> Callable[[bytes, Path], Arrays]
 FORMATS = {
     ".ply": Format(of_bytes(read_ply), write_ply),
     ".obj": Format(of_bytes(read_obj), write_obj),
+    ".off": Format(of_bytes(read_off), write_off),
     ".stl": Format(read_stl, write_stl),
     ".glb": Format(read_scene, write_glb),
     ".gltf": Format(read_scene),
@@ -85,10 +87,10 @@ def read_mesh(path: str | os.PathLike) -> TriMesh:
 
 
 def write_mesh(path: str | os.PathLike, mesh: TriMesh) -> None:
-    """Write `mesh` to `path` atomically, in the format of its suffix: .ply (binary), .obj, .stl (binary) or .glb.
+    """Write `mesh` to `path` atomically, in the format of its suffix: .ply (binary), .obj, .off, .stl (binary) or .glb.
 
-    Coordinates are written as they are, as float32 (.obj: nine digits). Raises FileError if the suffix is unknown or
-    the file cannot be written.
+    Coordinates are written as they are, as float32 (.obj and .off: nine digits). Raises FileError if the suffix is
+    unknown or the file cannot be written.
 
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory

@@ -48,7 +48,7 @@ def test_what_is_written_is_read_back(tmp_path, suffix):
     assert os.listdir(tmp_path) == [path.name]
 
 
-@pytest.mark.parametrize("suffix", [".ply", ".obj", ".glb"])
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".off", ".glb"])
 @given(st.integers(0, 2**31), st.integers(3, 60))
 @settings(max_examples=15, deadline=None)
 def test_any_mesh_survives_a_round_trip(tmp_path_factory, suffix, seed, n):
@@ -106,6 +106,62 @@ OBJ_STYLES = {
 def test_obj_of_every_style_is_the_same_cube(given_file, style):
     mesh = read_mesh(given_file("cube.obj", OBJ_STYLES[style].encode()))
     assert mesh.V.shape == (8, 3) and mesh.F.shape == (12, 3) and volume(mesh) == pytest.approx(1)
+
+
+def off_text(vertices=CUBE_V, faces=CUBE_Q, header="OFF\n", columns="", colour="", end="\n"):
+    counts = f"{header}{len(vertices)} {len(faces)} 0{end}"
+    return (counts + "".join(" ".join(f"{x:g}" for x in v) + columns + end for v in vertices)
+            + "".join(" ".join(map(str, [len(f), *f])) + colour + end for f in faces)).encode()
+
+
+OFF_STYLES = {
+    "quads": off_text(),
+    "triangles and quads": off_text(faces=[*CUBE_Q[:5], [1, 3, 7], [1, 7, 5]]),
+    "no header": off_text(header=""),
+    "counts in the line of the header": off_text(header="OFF "),
+    "counts without a space": off_text(header="OFF"),
+    "edges not counted": off_text().replace(b"8 6 0", b"8 6"),
+    "comments and empty lines": b"# by hand\n\n" + off_text(colour=" # a face", columns="\t# a vertex\n\n")
+    .replace(b"OFF\n", b"OFF # text\n# counts follow\n\n") + b"# end",
+    "windows lines": off_text(header="OFF\r\n", end="\r\n"),
+    "old mac lines": off_text(header="OFF\r", end="\r"),
+    "no newline at the end": off_text().rstrip(),
+    "colours of faces": off_text(colour=" 255 0 0"),
+    "colours of faces, with opacity": off_text(colour="  0.5 0 0 1"),
+    "COFF": off_text(header="COFF\n", columns=" 255 0 0"),
+    "COFF, with opacity": off_text(header="COFF\n", columns=" 1 0 0 0.5"),
+    "NOFF": off_text(header="NOFF\n", columns=" 0 0 1"),
+    "CNOFF": off_text(header="CNOFF\n", columns=" 0 0 1 255 0 0 255"),
+    "STOFF": off_text(header="STOFF\n", columns=" 0.5 0.5"),
+    "STCNOFF, counts in its line": off_text(header="STCNOFF ", columns=" 0 0 1 1 0 0 1 0.5 0.5"),
+    "points and lines among the faces": off_text(faces=[*CUBE_Q[:3], [0], [0, 1], *CUBE_Q[3:]]),
+}
+
+
+@pytest.mark.parametrize("style", OFF_STYLES)
+def test_off_of_every_style_is_the_same_cube(given_file, style):
+    mesh = read_mesh(given_file("cube.off", OFF_STYLES[style]))
+    np.testing.assert_array_equal(mesh.V, CUBE_V)
+    assert mesh.F.shape == (12, 3) and volume(mesh) == pytest.approx(1)
+
+
+def test_concave_polygons_of_an_off_file_are_cut_inside(given_file):
+    arrow = [[2, -1, 0], [0, 3, 0], [-2, -1, 0], [-1, -0.75, 0], [0, 0, 0]]  # a fan of its first corner leaves it
+    mesh = read_mesh(given_file("arrow.off", off_text(arrow, [range(5)])))
+    a, b, c = mesh.V[mesh.F].swapaxes(0, 1)
+    assert mesh.F.shape == (3, 3) and (np.cross(b - a, c - a)[:, 2] > 0).all()
+
+
+def test_off_is_written_with_header_counts_and_nine_digits(tmp_path):
+    write_mesh(tmp_path / "a.off", TriMesh(np.eye(3) / 3, np.array([[0, 1, 2]], np.int32)))
+    assert (tmp_path / "a.off").read_text() == "OFF\n3 1 0\n0.333333333 0 0\n0 0.333333333 0\n0 0 0.333333333\n3 0 1 2\n"
+
+
+@pytest.mark.parametrize("lines", range(1, 15))
+def test_an_off_file_cut_after_any_line_is_an_error(given_file, lines):
+    cut = b"".join(off_text().splitlines(keepends=True)[:lines])
+    with pytest.raises(FileError):
+        read_mesh(given_file("cut.off", cut))
 
 
 def test_gltf_scenes_are_placed_mirrored_and_joined(tmp_path):
@@ -185,6 +241,38 @@ BAD_FILES = {
     "obj face beyond its vertices": ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", FileError, "found vertex 9"),
     "obj vertex number zero": ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", FileError, "found 0"),
     "obj words for numbers": ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf a b c\n", FileError, "found others"),
+    "empty off": ("a.off", b"", FileError, "empty file"),
+    "comments alone off": ("a.off", b"# nothing\n\n", FileError, "comments alone"),
+    "garbage off": ("a.off", b"\x00\x01garbage" * 50, FileError, "start with 'OFF'"),
+    "obj named off": ("a.off", OBJ.encode(), FileError, "start with 'OFF'"),
+    "header alone off": ("a.off", b"OFF\n", FileError, "start with 'OFF'"),
+    "off of four dimensions": ("a.off", off_text(header="4OFF\n", columns=" 1"), FileError, "found '4OFF'"),
+    "off of n dimensions": ("a.off", b"nOFF\n3\n" + off_text(header=""), FileError, "found 'nOFF'"),
+    "off of n dimensions, with colours": ("a.off", b"C4nOFF 3\n1 0 0\n0 0 0\n", FileError, "found 'C4nOFF 3'"),
+    "binary off": ("a.off", b"OFF BINARY\n" + bytes(range(100)), FileError, "found a binary one"),
+    "binary off with normals": ("a.off", b"NOFF BINARY\n\0\0\0\x08", FileError, "found a binary one"),
+    "truncated off": ("a.off", off_text()[:-3], FileError, "cut short"),
+    "truncated off faces": ("a.off", off_text()[:-20], FileError, "cut short"),
+    "truncated off vertices": ("a.off", off_text()[:30], FileError, "cut short"),
+    "off of a billion vertices": ("a.off", b"OFF 1000000000 1 0\n0 0 0\n", FileError, "cut short"),
+    "off of a billion faces": ("a.off", b"OFF 1 1000000000 0\n0 0 0\n3 0 0 0\n", FileError, "cut short"),
+    "off of minus one vertex": ("a.off", b"OFF -1 1 0\n0 0 0\n3 0 0 0\n", FileError, "start with 'OFF'"),
+    "off of fewer faces than lines": ("a.off", off_text() + b"3 0 1 2\n", FileError, "found 15 lines"),
+    "off face of a billion corners": ("a.off", off_text(faces=[[0, 1, 2]]).replace(b"3 0 1", b"1000000000 0 1"),
+                                      FileError, "1000000000 corners"),
+    "off face of minus three corners": ("a.off", off_text(faces=[[0, 1, 2]]).replace(b"3 0 1", b"-3 0 1"),
+                                        FileError, "-3 corners"),
+    "off face beyond its vertices": ("a.off", off_text(faces=[[0, 1, 99]]), FileError, "0..99"),
+    "off negative face": ("a.off", off_text(faces=[[0, 1, -1]]), FileError, "-1..1"),
+    "off index beyond 64 bits": ("a.off", off_text(faces=[[0, 1, 10**30]]), FileError, "vertex numbers"),
+    "off words for vertices": ("a.off", off_text().replace(b"\n0 0 0\n", b"\nx y z\n"), FileError, "found others"),
+    "off words for faces": ("a.off", off_text(faces=[["a", "b", "c"]]), FileError, "vertex numbers"),
+    "off with columns that its header lacks": ("a.off", off_text(columns=" 1 0 0"), FileError, "hold 3 numbers, found 6"),
+    "noff without normals": ("a.off", off_text(header="NOFF\n"), FileError, "hold 6 numbers, found 3"),
+    "coff without colours": ("a.off", off_text(header="COFF\n"), FileError, "hold 6 or 7 numbers, found 3"),
+    "point cloud off": ("a.off", off_text(faces=[]), MeshError, "8 points without faces"),
+    "lines only off": ("a.off", off_text(faces=[[0, 1], [2, 3]]), MeshError, "without faces"),
+    "NaN off": ("a.off", off_text().replace(b"\n0 0 0\n", b"\n0 0 nan\n"), MeshError, "1 vertices with NaN"),
     "ply face beyond its vertices": ("a.ply", ply_text(CUBE_V, [[0, 1, 99]]), FileError, "0..99"),
     "ply negative face": ("a.ply", ply_text(CUBE_V, [[0, 1, -1]]), FileError, "-1..1"),
     "ply of a billion vertices": ("a.ply", HEADER % b"1000000000", FileError, "cut short"),
@@ -210,7 +298,7 @@ def test_bad_file(given_file, name):
     assert message in text and "\n" not in text and path.name in text and len(text) < 300
 
 
-@given(st.sampled_from([".ply", ".obj", ".stl", ".glb"]), st.data())
+@given(st.sampled_from([".ply", ".obj", ".off", ".stl", ".glb"]), st.data())
 @settings(max_examples=120, deadline=None)
 def test_damaged_bytes_end_in_a_mesh_or_a_named_error(tmp_path_factory, suffix, data):
     content = bytearray(binary(suffix))
@@ -238,7 +326,7 @@ def test_missing_file_folder_and_bad_path_are_named(tmp_path):
 
 def test_write_refuses_by_name_and_leaves_nothing(tmp_path):
     (tmp_path / "folder.ply").mkdir()
-    for path, message in ((tmp_path / "a.drc", ".ply .obj .stl .glb"), (tmp_path / "no" / "a.ply", "create it first"),
+    for path, message in ((tmp_path / "a.drc", ".ply .obj .off .stl .glb"), (tmp_path / "no" / "a.ply", "create it first"),
                           (tmp_path / "folder.ply", "found the folder")):
         with pytest.raises(FileError, match=message):
             write_mesh(path, CUBE)
@@ -279,7 +367,7 @@ sys.meta_path.insert(0, Absent())
 import numpy as np
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.meshio.mesh_files import read_mesh, write_mesh
-for suffix in (".ply", ".obj", ".stl", ".glb"):
+for suffix in (".ply", ".obj", ".off", ".stl", ".glb"):
     path = sys.argv[1] + "/a" + suffix
     write_mesh(path, TriMesh(np.eye(3), np.array([[0, 1, 2]], np.int32)))
     assert read_mesh(path).F.shape == (1, 3)
@@ -287,8 +375,11 @@ for suffix in (".ply", ".obj", ".stl", ".glb"):
     subprocess.run([sys.executable, "-c", program, str(tmp_path)], check=True)
 
 
-def test_a_header_that_lies_takes_no_memory(given_file):
-    path = given_file("a.ply", HEADER % b"90000000")
+@pytest.mark.parametrize("name, data", [
+    ("a.ply", HEADER % b"90000000"), ("a.off", b"OFF 90000000 90000000 0\n0 0 0\n"),
+    ("b.off", b"OFF 3 1 0\n0 0 0\n1 0 0\n0 1 0\n90000000 0 1 2\n")])
+def test_a_count_that_lies_takes_no_memory(given_file, name, data):
+    path = given_file(name, data)
     tracemalloc.start()
     with pytest.raises(FileError):
         read_mesh(path)
