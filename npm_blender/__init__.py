@@ -5,7 +5,7 @@ registers what `operators` and `panels` define. bpy is imported inside functions
 line and the worker process run in any Python.
 """
 
-__version__ = "0.1.0"  # the one place: pyproject.toml reads it; tests hold the manifest and CHANGELOG.md to it
+from .version import __version__  # noqa: F401 - npm_blender.__version__, as people look for it
 
 
 def register() -> None:

@@ -1,4 +1,4 @@
-"""The version stands in one place, npm_blender/__init__.py; what must repeat it repeats it."""
+"""The version stands in one place, npm_blender/version.py; what must repeat it repeats it."""
 import ast
 import importlib.metadata
 import re
@@ -13,7 +13,7 @@ from npm_blender import __version__
 from npm_blender.cli import main
 
 ROOT = Path(__file__).parent.parent
-HOME = ROOT / "npm_blender" / "__init__.py"
+HOME = ROOT / "npm_blender" / "version.py"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 

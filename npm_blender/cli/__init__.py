@@ -12,8 +12,8 @@ import traceback
 from collections.abc import Sequence
 from typing import NoReturn
 
-from .. import __version__
 from ..core.errors import Cancelled, NpmError
+from ..version import __version__
 from . import compress, decompress, demo, evaluate, info
 
 VERBS = (compress, decompress, info, evaluate, demo)

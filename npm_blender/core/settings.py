@@ -13,7 +13,13 @@ CACHE_VARIABLE = "NPMESH_CACHE"  # in the environment: the folder for what is ke
 
 
 def has_torch() -> bool:
-    """Whether torch is installed for this Python; it is not loaded."""
+    """Whether torch is installed for this Python; it is not loaded.
+
+    >>> from importlib.util import find_spec
+    >>> from npm_blender.core.settings import has_torch
+    >>> has_torch() == (find_spec("torch") is not None)
+    True
+    """
     return find_spec("torch") is not None
 
 

@@ -24,9 +24,7 @@ class OffsetFit:
     offsets of the pass before, unit frame; steps (L,): quantization steps, unit frame; bit: share of the loss for a bit. The
     loss is that of `Refiner`, plus bit sum_e log2(1 + |o_e|) for integers o_e.
 
-    >>> from collections.abc import Callable
-
-import numpy as np
+    >>> import numpy as np
     >>> from npm_blender.core import LodSettings, TriMesh, build_lod
     >>> from npm_blender.core.geometry import ClosestPoints
     >>> from npm_blender.core.mesh import hierarchy
