@@ -21,7 +21,7 @@ def _append_fan(m, h, stop, ring, faces, r, t):
     return r, t
 
 
-@compiled(inline="always")
+@compiled(inline="always", allocates=True)  # returns the arrays that it is given
 def gather_stencil(m, h, kind, ring, faces):
     """The stencil of the collapse along half-edge h, from i to j.
 
