@@ -26,7 +26,7 @@ bench: $(VENV)/.bench  ## Compare with other codecs on CORPUS=path, or on meshes
 test: $(VENV)/.test  ## Run the tests (or those of TESTS=path)
 	$(PY) -m pytest $(TESTS)
 
-test-fast: $(VENV)/.test  ## Run the tests that are quick and need no Blender, on two cores, in about a minute
+test-fast: $(VENV)/.test  ## Run the tests that are quick and need no Blender, on two cores: a minute once all is compiled
 	$(PY) -m pytest -m "not slow and not blender" --ignore=tests/addon -n 2 --dist loadfile $(TESTS)
 
 test-shuffled: $(VENV)/.test  ## Run the tests in an order drawn by SEED: none may lean on another

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from npm_blender.core.errors import FileError
 from npm_blender.core.mesh import TriMesh
-from npm_blender.core.meshio import read_mesh
+from npm_blender.core.meshio import FORMATS, read_mesh
 
-SUFFIXES = (".ply", ".obj", ".off", ".stl", ".glb", ".drc")
+SUFFIXES = tuple(FORMATS)  # of the files that can be read
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,11 @@
-"""Removes compiled code that calls what has changed since: numba looks at a function's own file only."""
+"""Removes compiled code that calls what has changed since: numba looks at a function's own file only.
+
+Tests do so by themselves; `python -m tests.stale_code` does it before anything else runs, and names the sources.
+"""
 import ast
 import hashlib
 import json
+import sys
 from functools import cache
 from pathlib import Path
 
@@ -75,3 +79,7 @@ def remove_stale_code() -> list[str]:
     RECORD.parent.mkdir(exist_ok=True)
     RECORD.write_text(json.dumps(now, indent=0))
     return stale
+
+
+if __name__ == "__main__":
+    sys.stdout.writelines(f"{name}\n" for name in remove_stale_code())

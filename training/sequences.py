@@ -40,7 +40,7 @@ def tasks(folder: Path, out: Path, variants: int) -> list[Task]:
         paths = sorted(p for p in folder.rglob("*") if p.suffix.lower() in SUFFIXES)
         found = [(p.stem, p, "val" if i % 10 == 9 else "train") for i, p in enumerate(paths)]
     if not found:
-        raise FileError(f"Expected mesh files in {folder}, found none; give a folder of .ply, .obj, .off, .stl, .glb or .drc")
+        raise FileError(f"Expected mesh files in {folder}, found none; give a folder of {' '.join(SUFFIXES)}")
     out_of = {split: out / split for split in ("train", "val")}
     result = [
         Task(f"{split}/{name}", path, out_of[split] / f"{name}.npz", LodSettings()) for name, path, split in found

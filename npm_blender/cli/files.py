@@ -6,7 +6,7 @@ from pathlib import Path
 from ..core.errors import FileError
 from ..core.files import read_file
 
-MESH_SUFFIXES = (".ply", ".obj", ".off", ".stl", ".glb")
+MESH_SUFFIXES = (".ply", ".obj", ".off", ".stl", ".glb")  # what core.meshio writes, whose table would load NumPy for --help
 
 
 def check_input(path: Path) -> Path:

@@ -1,8 +1,9 @@
 """Paths: bad ones are named in one line with exit code 2, and nothing is read, computed or written before."""
 import pytest
 
-from npm_blender.cli.files import check_output
+from npm_blender.cli.files import MESH_SUFFIXES, check_output
 from npm_blender.core.errors import FileError
+from npm_blender.core.meshio import FORMATS
 
 
 @pytest.fixture
@@ -69,3 +70,7 @@ def test_output_may_replace_another_file(tmp_path):
     source.write_bytes(b"a")
     target.write_bytes(b"b")
     assert check_output(target, source, (".npmesh",)) == target
+
+
+def test_outputs_may_have_the_suffixes_that_can_be_written():
+    assert MESH_SUFFIXES == tuple(suffix for suffix, form in FORMATS.items() if form.write)
