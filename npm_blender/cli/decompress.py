@@ -49,10 +49,8 @@ def run(args: argparse.Namespace) -> None:
             features = features_within(progressive, args.bytes)
         else:
             features = number_of_features(progressive, args.features, progress.note)
-        if progressive.truncated:
-            progress.note(
-                f"{args.input} ends early: {progressive.features} of {progressive.total_features} features have arrived"
-            )
+        if progressive.shortfall:
+            progress.note(f"{args.input} {progressive.shortfall}")
         mesh = progressive.decode(features=features, level=level)
         decoded = time.perf_counter()
         progress(0.9, f"Writing {args.output.name}")

@@ -42,6 +42,8 @@ def run(args: argparse.Namespace) -> None:
     with ProgressLine() as progress:
         progressive = open_stream_file(args.input)
         level = check_level(progressive, args.level)
+        if progressive.shortfall:
+            progress.note(f"{args.input} {progressive.shortfall}")
         progress(0.0, f"Reading {args.original.name}")
         original = read_mesh(args.original)
         stops = [(number_of_features(progressive, wanted, progress.note), level) for wanted in args.features]

@@ -20,8 +20,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Print the summary."""
-    summary = describe(open_stream_file(args.input))
-    print_json(summary) if args.json else print(as_text(args.input, summary))
+    progressive = open_stream_file(args.input)
+    summary = describe(progressive)
+    print_json(summary) if args.json else print(as_text(args.input, summary, progressive.shortfall))
 
 
 def describe(progressive) -> dict:
@@ -46,11 +47,11 @@ def describe(progressive) -> dict:
     }
 
 
-def as_text(path: Path, summary: dict) -> str:
-    """The summary for people."""
+def as_text(path: Path, summary: dict, shortfall: str) -> str:
+    """The summary for people; shortfall: what is wrong with the file, empty if nothing is."""
     arrived = f"{summary['features']:,}"
-    if summary["truncated"]:
-        arrived += f" of {summary['total_features']:,} (the file ends early)"
+    if summary["features"] < summary["total_features"]:
+        arrived += f" of {summary['total_features']:,}"
     return "\n".join(
         [
             f"{path}: {summary['bytes']:,} bytes, model {summary['model_id']}, "
@@ -58,6 +59,7 @@ def as_text(path: Path, summary: dict) -> str:
             f"source: {summary['faces']:,} faces, {summary['vertices']:,} vertices",
             f"faces of levels 0 to {summary['levels']}: {', '.join(f'{n:,}' for n in summary['faces_per_level'])}",
             f"features: {arrived}",
+            *([f"the file {shortfall}"] if shortfall else []),
             table(("features", "bytes"), list(summary["bytes_at"].items())),
         ]
     )

@@ -33,10 +33,11 @@ def number_of_features(progressive, wanted: int | None, note) -> int:
     if wanted is None:
         return progressive.features
     if wanted > progressive.features:
-        why = (
-            f"the file ends early, {progressive.total_features} were written" if progressive.truncated else "the file has no more"
-        )
-        note(f"{wanted} features were asked for, {progressive.features} are used: {why}")
+        why = "has no more"
+        if progressive.features < progressive.total_features:
+            what = "is damaged" if progressive.corrupt else "ends early"
+            why = f"{what}, {progressive.total_features} were written"
+        note(f"{wanted} features were asked for, {progressive.features} are used: the file {why}")
     return min(wanted, progressive.features)
 
 

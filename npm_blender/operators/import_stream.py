@@ -14,7 +14,7 @@ from .job_operator import JobOperator, one_line
 
 
 class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
-    """Open progressive meshes; a file that was cut off opens to what has arrived"""
+    """Open progressive meshes; a file that was cut off or is damaged opens to what has arrived"""
 
     bl_idname = "import_scene.npmesh"
     bl_label = "Import Progressive Mesh"
@@ -65,10 +65,8 @@ class IMPORT_SCENE_OT_npmesh(JobOperator, bpy.types.Operator, ImportHelper):
                 if self.link:
                     preview.link(obj, path)
                 opened.append(obj.session_uid)
-                state = obj.npmesh
-                if state.arrived_features < state.total_features:
-                    self.report({"WARNING"}, f"'{path.name}' ends early: opened with {state.arrived_features:,} of "
-                                             f"{state.total_features:,} features")
+                if obj.npmesh.shortfall:
+                    self.report({"WARNING"}, f"'{path.name}' {obj.npmesh.shortfall}")
             except NpmError as error:
                 self.report({"ERROR"}, f"'{path.name}': {one_line(error)}")
             yield

@@ -49,9 +49,8 @@ class VIEW3D_PT_npmesh_preview(Sidebar, bpy.types.Panel):
         total.label(text=f"of {state.total_features:,}")
         column.prop(state, "budget")
         _facts(layout, obj, context.scene)
-        if state.arrived_features < state.total_features:
-            lines(layout, f"Cut off: {state.arrived_features:,} of {state.total_features:,} features arrived", "INFO",
-                  width)
+        if state.shortfall:
+            lines(layout, f"The stream {state.shortfall}", "INFO", width)
         row = layout.row(align=True)
         row.active = state.source is not None
         row.prop(state, "show_original", toggle=True, icon="MOD_MIRROR")

@@ -29,6 +29,7 @@ def set_stream(obj: bpy.types.Object, received: "StoredStream") -> None:
     state.is_preview = False  # no updates before all is set
     state.digest, state.level_count, state.stream_base_faces = digest, progressive.levels, progressive.base_faces
     state.total_features, state.arrived_features = progressive.total_features, progressive.features
+    state.shortfall = progressive.shortfall
     state.stream_bytes = progressive.total_bytes
     state.source_bytes = ply_bytes(progressive.source_vertices, progressive.source_faces)
     state.source_faces = progressive.source_faces

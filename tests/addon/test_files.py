@@ -75,6 +75,24 @@ def test_a_file_that_was_cut_off_opens_to_what_arrived(part, stream, tmp_path):
     assert state.features == state.arrived_features
 
 
+def test_a_file_with_a_damaged_packet_opens_and_says_so(part, stream, tmp_path, capfd):
+    whole = open_stream(stream)
+    before = whole.features_for(len(stream) - 1)
+    path, at = tmp_path / "damaged.npmesh", whole.bytes_for(before)
+    path.write_bytes(stream[:-1] + bytes([stream[-1] ^ 4]))
+    assert bpy.ops.import_scene.npmesh(filepath=str(path)) == {"FINISHED"}
+    state = bpy.context.active_object.npmesh
+    assert state.arrived_features == before < state.total_features
+    assert state.shortfall == (
+        f"is damaged after {at:,} of {len(stream):,} bytes: expected a packet of features at byte {at}, found a wrong "
+        f"checksum; opened with {before:,} of {whole.features:,} features; get the file again")
+    assert f"'damaged.npmesh' {state.shortfall}" in capfd.readouterr().out
+
+
+def test_a_whole_file_opens_without_a_warning(opened, capfd):
+    assert opened.npmesh.shortfall == "" and "Warning" not in capfd.readouterr().out
+
+
 BAD_FILES = {
     "empty": lambda data: b"",
     "foreign": lambda data: b"ply\nformat binary_little_endian 1.0\nend_header\n" * 40,

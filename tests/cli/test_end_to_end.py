@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from npm_blender.cli import evaluate, main
+from npm_blender.core.codec import open_stream
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.meshio.mesh_files import FORMATS, read_mesh, write_mesh
 
@@ -24,6 +25,19 @@ def made(sphere_file, tmp_path_factory):
     with contextlib.redirect_stdout(io.StringIO()) as out:
         assert main(["compress", str(sphere_file), str(target), *map(str, SETTINGS), "--json"]) == 0
     return target, json.loads(out.getvalue())
+
+
+@pytest.fixture
+def damaged_file(made, tmp_path):
+    """(a file with one bit of its last packet changed, what is said about it after its name)."""
+    data = made[0].read_bytes()
+    path = tmp_path / "damaged.npmesh"
+    path.write_bytes(data[:-1] + bytes([data[-1] ^ 4]))
+    whole = open_stream(data)
+    before = whole.features_for(len(data) - 1)
+    at = whole.bytes_for(before)
+    return path, (f"is damaged after {at:,} of {len(data):,} bytes: expected a packet of features at byte {at}, found a "
+                  f"wrong checksum; opened with {before:,} of {whole.features:,} features; get the file again")
 
 
 @pytest.fixture
@@ -134,6 +148,56 @@ def test_info_of_a_truncated_file(run, made, tmp_path):
     info = json.loads(run("info", tmp_path / "cut.npmesh", "--json").out)
     assert info["truncated"] is True and info["features"] < info["total_features"] == made[1]["features"]
     assert "ends early" in run("info", tmp_path / "cut.npmesh").out
+
+
+def test_info_of_a_damaged_file(run, damaged_file):
+    path, reason = damaged_file
+    info = json.loads(run("info", path, "--json").out)
+    assert info["truncated"] is False and "found a wrong checksum" in info["corrupt"]
+    outcome = run("info", path)
+    assert outcome.code == 0 and f"the file {reason}" in outcome.out.splitlines()
+    assert f"features: {info['features']:,} of {info['total_features']:,}" in outcome.out.splitlines()
+
+
+def test_info_of_a_file_with_bytes_after_its_end(run, made, tmp_path):
+    (tmp_path / "long.npmesh").write_bytes(made[0].read_bytes() + b"more")
+    outcome = run("info", tmp_path / "long.npmesh")
+    assert outcome.code == 0 and "found 4 bytes more; opened with" in outcome.out
+    assert f"features: {made[1]['features']:,}" in outcome.out.splitlines()
+    outcome = run("decompress", tmp_path / "long.npmesh", tmp_path / "out.ply", "--features", 10**6)
+    assert outcome.code == 0 and "the file has no more" in outcome.err and "is damaged after" in outcome.err
+
+
+def test_info_of_a_whole_file_has_no_line_of_damage(run, made):
+    assert not [line for line in run("info", made[0]).out.splitlines() if line.startswith("the file")]
+
+
+def test_decompress_notes_damage(run, damaged_file, tmp_path):
+    path, reason = damaged_file
+    outcome = run("decompress", path, tmp_path / "out.ply")
+    assert outcome.code == 0 and f"note: {path} {reason}" in outcome.err.splitlines()
+    assert len(read_mesh(tmp_path / "out.ply").F) == BASE * 4 ** LEVELS
+
+
+def test_more_features_than_a_damaged_file_has_are_noted(run, made, damaged_file, tmp_path):
+    outcome = run("decompress", damaged_file[0], tmp_path / "out.ply", "--features", 10**6, "--json")
+    used = json.loads(outcome.out)["features"]
+    assert outcome.code == 0 and used < made[1]["features"]
+    assert (f"note: 1000000 features were asked for, {used} are used: the file is damaged, "
+            f"{made[1]['features']} were written") in outcome.err.splitlines()
+
+
+def test_evaluate_notes_damage(run, damaged_file, sphere_file, few_samples):
+    path, reason = damaged_file
+    outcome = run("evaluate", path, sphere_file, "--features", "all", "--json")
+    assert outcome.code == 0 and f"note: {path} {reason}" in outcome.err.splitlines()
+    assert len(json.loads(outcome.out)) == 1
+
+
+def test_evaluate_notes_a_file_that_ends_early(run, made, sphere_file, few_samples, tmp_path):
+    (tmp_path / "cut.npmesh").write_bytes(made[0].read_bytes()[:-10])
+    outcome = run("evaluate", tmp_path / "cut.npmesh", sphere_file, "--features", "all", "--json")
+    assert outcome.code == 0 and f"note: {tmp_path / 'cut.npmesh'} ends early: opened with" in outcome.err
 
 
 def test_evaluate_rows(run, made, sphere_file, few_samples):

@@ -57,6 +57,15 @@ class ProgressiveMesh:
         self._cache: OrderedDict[int, list[np.ndarray]] = OrderedDict()
         self._steps: list[tuple[tuple, Step] | None] = [None] * header.levels
 
+    @property
+    def shortfall(self) -> str:
+        """What is wrong with a file that ends early or is damaged, as one line that goes on from its name; else empty."""
+        opened = f"opened with {self.features:,} of {self.total_features:,} features"
+        if self.corrupt:
+            return (f"is damaged after {self._packet_bytes[-1]:,} of {self.total_bytes:,} bytes: "
+                    f"{self.corrupt[0].lower()}{self.corrupt[1:]}; {opened}; get the file again")
+        return f"ends early: {opened}" if self.truncated else ""
+
     def bytes_for(self, features: int) -> int:
         """Bytes of the shortest prefix that holds this many features; whole packets arrive, never parts."""
         features = self._checked_features(features)
