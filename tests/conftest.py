@@ -10,6 +10,7 @@ from tests.stale_code import remove_stale_code
 
 TESTS = Path(__file__).parent
 BLENDER = {"addon", "demo"}  # folders whose tests need Blender's module
+SLOW = {"benchmarks"}  # folders whose tests compile codecs of their own
 
 # No deadline: a first call loads compiled code, or compiles it, and a machine may be busy. The same examples in every
 # run: what turns red is the change at hand. New ones on demand: pytest --hypothesis-profile=search
@@ -25,10 +26,13 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(items):
-    """Mark what needs Blender by its folder, and what needs torch by what its module imports."""
+    """Mark what needs Blender and what is slow by its folder, and what needs torch by what its module imports."""
     for item in items:
-        if item.path.relative_to(TESTS).parts[0] in BLENDER:
+        folder = item.path.relative_to(TESTS).parts[0]
+        if folder in BLENDER:
             item.add_marker(pytest.mark.blender)
+        if folder in SLOW:
+            item.add_marker(pytest.mark.slow)
         if hasattr(item.module, "torch"):
             item.add_marker(pytest.mark.torch)
 

@@ -62,6 +62,7 @@ def test_compress_prints_text_on_demand_and_the_same_bytes_again(run, made, sphe
     assert (tmp_path / "again.npmesh").read_bytes() == made[0].read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.torch
 def test_settings_reach_the_codec(run, made, sphere_file, tmp_path):
     target = tmp_path / "other.npmesh"

@@ -32,6 +32,7 @@ print(both(Pair(np.array([3]), np.array([4]))), before, is_cold(both))
 '''
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not jit.COMPILED, reason="numba is not installed")
 def test_one_folder_under_two_import_names_keeps_two_caches(tmp_path):
     inner = tmp_path / "outer" / "inner"

@@ -29,6 +29,7 @@ def test_without_its_package_it_says_how_to_get_it(monkeypatch):
         clean(sphere(), "tetwild")
 
 
+@pytest.mark.slow
 def test_joins_what_overlaps_leaves_no_file_and_comes_out_the_same_again(tmp_path, monkeypatch, cache):
     pytest.importorskip("pytetwild")
     folder = tmp_path / "current"

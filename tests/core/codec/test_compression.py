@@ -51,6 +51,7 @@ def test_decoding_twice_is_identical_and_so_is_compressing(name):
     assert compress(SHAPES[name], FAST).data == data
 
 
+@pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(st.floats(0, 1))
 def test_every_prefix_past_the_base_decodes_as_the_whole_does(share):

@@ -37,6 +37,7 @@ def test_handles_ask_for_faces_and_borders_do_not(mesh, faces):
     assert face_advice(least, len(least), len(mesh.F)) == FaceAdvice()
 
 
+@pytest.mark.slow
 def test_a_base_below_what_handles_need_gets_faces_that_show_them():
     mesh = grating(7)
     base = decimate(mesh, 400)
