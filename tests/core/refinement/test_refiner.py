@@ -116,6 +116,7 @@ def test_everything_stays_on_the_chosen_device(monkeypatch):
         assert [o.shape for o in offsets] == [e.shape for e in edges]
 
 
+@pytest.mark.slow
 def test_threads_and_a_gpu_that_is_missing():
     import torch
 
