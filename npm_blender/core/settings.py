@@ -1,26 +1,14 @@
 """Settings of the pipeline: frozen, checked once when they are made, never a dict of strings."""
-from dataclasses import dataclass, replace
-from importlib.util import find_spec
+from dataclasses import dataclass
 
-from .errors import DependencyError, SettingsError
+from .errors import SettingsError
 
-REFINE_STEPS = 24  # gradient steps per stage, where torch is installed and nothing else is asked for
+DISPLACED, PAPER = MODELS = ("displaced", "paper")  # how a stream refines its base
 AUTO = 0  # as base faces: chosen from the shape or the budget; as levels: from the base faces
+PAPER_FACES, PAPER_LEVELS = 400, 3
 LEAST_BUDGET = 300  # bytes; a base mesh of some dozen faces fits
 CLEAN_MODES = ("auto", "off", "tetwild")
-DEVICES = ("cpu", "gpu")
 CACHE_VARIABLE = "NPMESH_CACHE"  # in the environment: the folder for what is kept between runs
-
-
-def has_torch() -> bool:
-    """Whether torch is installed for this Python; it is not loaded.
-
-    >>> from importlib.util import find_spec
-    >>> from npm_blender.core.settings import has_torch
-    >>> has_torch() == (find_spec("torch") is not None)
-    True
-    """
-    return find_spec("torch") is not None
 
 
 def _in_range(name: str, value: int, low: int, high: int) -> None:
@@ -32,7 +20,7 @@ def _in_range(name: str, value: int, low: int, high: int) -> None:
 class LodSettings:
     """How the LoD sequence is built.
 
-    base_faces: faces of the base mesh M^0 (paper: 400), or AUTO; levels: midpoint subdivisions L (paper: 3), or AUTO;
+    base_faces: faces of the base mesh M^0 (paper: 400), or AUTO; levels: subdivisions L (paper: 3), or AUTO;
     clean: 'auto' repairs what the checks find, 'off' refuses what does not qualify, 'tetwild' always re-meshes;
     variant: 0 collapses the cheapest edge; k > 0 seeds a random choice among the cheapest (training augmentation).
 
@@ -41,8 +29,8 @@ class LodSettings:
     LodSettings(base_faces=0, levels=2, clean='auto', variant=0)
     """
 
-    base_faces: int = 400
-    levels: int = 3
+    base_faces: int = AUTO
+    levels: int = AUTO
     clean: str = "auto"
     variant: int = 0
 
@@ -60,70 +48,29 @@ class LodSettings:
 class CompressSettings:
     """How a mesh is compressed: `lod`, plus
 
-    position_bits: bits per base coordinate, 9 to 14, at most: a mesh that is farther off anyway is sent with fewer;
-    order: of the latents, 'gain' (measured reconstruction gain) or 'magnitude' (the paper's); refine_steps: gradient
-    steps per stage that fit base and features to this mesh through the decoder (needs torch; 0 uses the encoder's output
-    as it is; None: REFINE_STEPS where torch is installed, else 0, see `resolved`); budget: bytes that the stream may have,
-    0 for as many as all features take; with it, AUTO base faces are those that show most in so many bytes (see
-    `codec.rate_control`).
+    position_bits: bits per base coordinate, 4 to 20, or AUTO: as many as the mesh's error asks for; model: 'displaced', or
+    'paper' for the paper's own stream (its AUTO base has PAPER_FACES faces, and PAPER_LEVELS levels); order: of the latents of
+    'paper', 'gain' (measured reconstruction gain) or 'magnitude' (the paper's); budget: bytes that the stream may have, 0 for as
+    many as help; with it, what is AUTO is what shows most in so many bytes (see `codec.size_search`).
 
     >>> from npm_blender.core.settings import CompressSettings
-    >>> CompressSettings(position_bits=20)
+    >>> CompressSettings(position_bits=30)
     Traceback (most recent call last):
-    npm_blender.core.errors.SettingsError: Expected position bits to be a whole number from 9 to 14, found 20
+    npm_blender.core.errors.SettingsError: Expected position bits to be a whole number from 4 to 20, found 30
     """
 
     lod: LodSettings = LodSettings()
-    position_bits: int = 14
+    position_bits: int = AUTO
+    model: str = DISPLACED
     order: str = "gain"
-    refine_steps: int | None = None
     budget: int = 0
 
     def __post_init__(self) -> None:
-        _in_range("position bits", self.position_bits, 9, 14)
+        if self.position_bits != AUTO or isinstance(self.position_bits, bool):
+            _in_range("position bits", self.position_bits, 4, 20)
         if self.budget != 0 or isinstance(self.budget, bool):
             _in_range("budget in bytes", self.budget, LEAST_BUDGET, 10**9)
-        if self.refine_steps is not None:
-            _in_range("refine steps", self.refine_steps, 0, 10_000)
+        if self.model not in MODELS:
+            raise SettingsError(f"Expected model to be one of {', '.join(MODELS)}, found {self.model!r}")
         if self.order not in ("gain", "magnitude"):
             raise SettingsError(f"Expected order to be gain or magnitude, found {self.order!r}")
-
-    def resolved(self, torch: bool) -> "CompressSettings":
-        """These settings with a number of refine steps, whether torch is there or not.
-
-        Raises DependencyError where steps are asked for and torch is missing.
-
-        >>> from npm_blender.core.settings import CompressSettings
-        >>> [CompressSettings().resolved(torch).refine_steps for torch in (True, False)]
-        [24, 0]
-        """
-        if self.refine_steps and not torch:
-            raise DependencyError("Expected torch for --refine-steps, found none; install torch or use 0 refine steps")
-        if self.refine_steps is not None:
-            return self
-        return replace(self, refine_steps=REFINE_STEPS if torch else 0)
-
-    def without_torch(self) -> "CompressSettings":
-        """These settings as far as they go without torch: with no refine steps, even where some are asked for."""
-        return replace(self, refine_steps=0)
-
-
-@dataclass(frozen=True)
-class ComputeSettings:
-    """What refinement may use of the machine. A file made with other ones differs in details, and is as good.
-
-    threads: of torch on the processor; 0 for half of the cores, at most four (the LoD builder's are `parallel.threads`,
-    which change nothing in a file); device: 'cpu', or 'gpu' where torch finds one.
-
-    >>> from npm_blender.core.settings import ComputeSettings
-    >>> ComputeSettings().device
-    'cpu'
-    """
-
-    threads: int = 0
-    device: str = "cpu"
-
-    def __post_init__(self) -> None:
-        _in_range("threads", self.threads, 0, 1024)
-        if self.device not in DEVICES:
-            raise SettingsError(f"Expected device to be one of {', '.join(DEVICES)}, found {self.device!r}")

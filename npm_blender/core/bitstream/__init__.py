@@ -12,8 +12,9 @@ if TYPE_CHECKING:
         encode_connectivity,
         order_connectivity,
     )
-    from .container import EncodedBase, StreamWriter, encode_base, read_stream, write_stream
-    from .header import Header, ParsedStream
+    from .container import EncodedBase, displaced_size, encode_base, read_stream, write_displaced, write_latents
+    from .displacements import around, decode_displacements, encode_displacements
+    from .header import DisplacedCoding, DisplacedNumbers, Header, LatentCoding, LatentFeatures, ParsedStream
     from .range_coder import (
         DECODE,
         ENCODE,
@@ -32,22 +33,29 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DECODE",
+    "DisplacedCoding",
+    "DisplacedNumbers",
     "ENCODE",
     "EncodedBase",
     "Header",
+    "LatentCoding",
+    "LatentFeatures",
     "MODE",
     "OrderedConnectivity",
     "ParsedStream",
-    "StreamWriter",
+    "around",
     "canonical_order",
     "code_bit",
     "code_raw",
     "code_signed",
     "code_unsigned",
     "decode_connectivity",
+    "decode_displacements",
     "decode_positions",
+    "displaced_size",
     "encode_base",
     "encode_connectivity",
+    "encode_displacements",
     "encode_positions",
     "finish_encoding",
     "new_contexts",
@@ -58,15 +66,17 @@ __all__ = [
     "range_encoder",
     "read_stream",
     "read_varint",
-    "write_stream",
+    "write_displaced",
+    "write_latents",
     "write_varint",
 ]
 __getattr__, __dir__ = lazy_exports(__name__, {
     "base_positions": ("decode_positions", "encode_positions", "quantize_positions",),
     "connectivity": ("OrderedConnectivity", "canonical_order", "decode_connectivity", "encode_connectivity",
                      "order_connectivity",),
-    "container": ("EncodedBase", "StreamWriter", "encode_base", "read_stream", "write_stream",),
-    "header": ("Header", "ParsedStream",),
+    "container": ("EncodedBase", "displaced_size", "encode_base", "read_stream", "write_displaced", "write_latents",),
+    "displacements": ("around", "decode_displacements", "encode_displacements",),
+    "header": ("DisplacedCoding", "DisplacedNumbers", "Header", "LatentCoding", "LatentFeatures", "ParsedStream",),
     "range_coder": ("DECODE", "ENCODE", "MODE", "code_bit", "code_raw", "code_signed", "code_unsigned", "finish_encoding",
                     "new_contexts", "new_weights", "range_decoder", "range_encoder",),
     "varint": ("read_varint", "write_varint",),

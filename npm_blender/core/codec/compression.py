@@ -1,30 +1,35 @@
 """Compress a mesh to an `.npmesh` stream and open one again: the summary of the whole core."""
 
 import warnings
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from ..bitstream import order_connectivity
 from ..cleaning import clean
 from ..decimation import decimate, needs_compiling
 from ..errors import MeshError, SettingsError
 from ..levels import build_levels
-from ..mesh import TriMesh, UnitFrame, hierarchy, in_morton_order
+from ..mesh import TriMesh, hierarchy
 from ..network import load_weights
 from ..progress import Progress, no_progress, noted
-from ..settings import AUTO, CompressSettings, ComputeSettings, LodSettings, has_torch
-from .contents import SourceFacts
-from .rate_control import level_count_for, within_budget
-from .sender import Sender, Sequence
+from ..settings import PAPER, PAPER_FACES, PAPER_LEVELS, CompressSettings, LodSettings
+from .displaced_sender import FreeBase, Target, default_faces, staged
+from .paper_sender import PaperSender, Sequence
+from .size_search import best_for
+from .source_facts import SourceFacts, in_frame, lattice_frame
 from .stage_clock import StageClock
 
 COMPILING = "first run: compiling takes up to a minute"
-SHARES = {"clean": 1, "decimate": 4, "levels": 1, "encode": 1, "refine": 24, "order": 0.5, "write": 0.5}  # of the progress bar
+SHARES = {"clean": 1, "fit": 2, "details": 6, "write": 0.2}  # of the progress bar
+PAPER_SHARES = {"clean": 1, "decimate": 2, "levels": 1, "encode": 1, "order": 0.5, "write": 0.5}
+MOST_BYTES = 40_000  # of a stream that is not made for a size
 
 
 @dataclass(frozen=True)
 class CompressReport:
     """What happened. faces: of the source; bytes: of the stream; features: sent; cleaning: one line; messages: what the
-    user should know; seconds: by stage (clean, decimate, levels, encode, refine, order, write).
+    user should know; seconds: by stage (clean, fit, details, write).
 
     >>> from npm_blender.core.codec import CompressReport
     >>> report = CompressReport(1280, 80, 2, 900, 120, "nothing to repair", (), {"clean": 0.25, "write": 0.5})
@@ -60,47 +65,75 @@ def compress(
     mesh: TriMesh,
     settings: CompressSettings | None = None,
     progress: Progress | None = None,
-    compute: ComputeSettings | None = None,
 ) -> Compressed:
     """Compress a mesh in object space to an `.npmesh` stream (the sender of the paper's section 3).
 
-    progress: told how far it is; where there is none, a UserWarning says if code has to be compiled first; compute: what
-    refinement may use of the machine. Raises MeshError (what does not qualify), SettingsError (a budget that does not pay for
-    the base mesh), WeightsError, DependencyError (refinement asked for without torch), Cancelled (from `progress`).
+    progress: told how far it is; where there is none, a UserWarning says if code has to be compiled first. Raises MeshError (what
+    does not qualify), SettingsError (a budget that does not pay for the base mesh), WeightsError, Cancelled (from `progress`).
 
     >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
     >>> V = [[x, y, x * y / 8] for y in range(5) for x in range(5)]
     >>> F = [f for i in range(19) if i % 5 < 4 for f in ([i, i + 1, i + 5], [i + 1, i + 6, i + 5])]
-    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1), refine_steps=0)
+    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1))
     >>> made = compress(TriMesh.from_arrays(V, F), settings, progress=lambda fraction, message: None)
     >>> made.report.base_faces, len(open_stream(made.data).decode(level=1).F)
     (8, 32)
     """
     _check_arguments(mesh, settings)
-    progress = _told_of_compiling(progress)
-    settings = (settings or CompressSettings()).resolved(has_torch())
-    model = load_weights()
-    clock = StageClock(progress, SHARES if settings.refine_steps else {**SHARES, "refine": 0.01})
+    progress, settings = _told_of_compiling(progress), settings or CompressSettings()
+    paper = settings.model == PAPER
+    clock = StageClock(progress, PAPER_SHARES if paper else SHARES)
     with clock.stage("clean") as report:
         cleaned, cleaning = clean(mesh, settings.lod.clean, report)
-    frame = UnitFrame.of(cleaned.V)
-    unit = in_morton_order(TriMesh(frame.to_unit(cleaned.V), cleaned.F))
-    source = SourceFacts(frame, len(mesh.F), len(mesh.V))
+    frame = lattice_frame(cleaned.V)
+    unit = in_frame(cleaned, frame)
+    found = (_paper if paper else _displaced)(unit, SourceFacts(frame, len(mesh.F), len(mesh.V)), settings, clock)
+    messages = (found.message,) if found.message else ()
+    return Compressed(found.data, CompressReport(len(mesh.F), found.base_faces, found.levels, len(found.data), found.features,
+                                                 cleaning.summary, messages, clock.seconds))
 
-    def sent(base_faces: int, room: bool) -> tuple[Sender, tuple[bytes, int]]:
-        sequence = _sequence(unit, replace(settings.lod, base_faces=base_faces), room, clock)
-        sender = Sender(model, sequence, settings, compute or ComputeSettings(), clock)
-        return sender, sender.send(source)
 
-    sender, (data, features) = within_budget(sent, settings)
-    lod = sender.lod
-    messages = tuple(message for message in (lod.message, sender.message) if message)
-    return Compressed(
-        data,
-        CompressReport(
-            len(mesh.F), len(lod.F0), lod.level_count, len(data), features, cleaning.summary, messages, clock.seconds
-        ),
-    )
+@dataclass(frozen=True)
+class _Sent:
+    """A stream and what is said of it."""
+
+    data: bytes
+    features: int
+    base_faces: int
+    levels: int
+    message: str
+
+
+def _displaced(unit: TriMesh, facts: SourceFacts, settings: CompressSettings, clock: StageClock) -> _Sent:
+    """The stream of a displaced surface."""
+    with clock.stage("fit") as report:
+        report(0.0, "Fitting the base")
+        target = Target(unit, facts)
+        if settings.budget:
+            made = best_for(target, settings, report)
+            return _Sent(made.data, made.features, len(made.base.surface.F0), made.base.surface.levels, "")
+        free = FreeBase(target, default_faces(target, settings.lod.base_faces), settings.lod.levels, report)
+        base = free.rounded(settings.position_bits)
+    with clock.stage("details") as report:
+        stages = staged(target, base, MOST_BYTES, report)
+    with clock.stage("write") as report:
+        report(0.0, "Writing")
+        data, count = stages.stream(np.array(stages.values) if stages.values else stages.nothing(), stages.step)
+    return _Sent(data, count, len(base.surface.F0), base.surface.levels, free.message)
+
+
+def _paper(unit: TriMesh, facts: SourceFacts, settings: CompressSettings, clock: StageClock) -> _Sent:
+    """The paper's own stream."""
+    lod = settings.lod
+    with clock.stage("decimate") as report:
+        decimation = decimate(unit, lod.base_faces or PAPER_FACES, lod.variant, report)
+    with clock.stage("levels") as report:
+        order, connectivity = order_connectivity(decimation.F0, len(decimation.V0))
+        sequence = build_levels(decimation, lod.levels or PAPER_LEVELS, order, progress=report)
+    levels = hierarchy(sequence.F0, len(sequence.V0), sequence.level_count)
+    sender = PaperSender(load_weights(), Sequence(unit, sequence, levels, connectivity), settings.order, clock)
+    data, count = sender.send(facts, settings.position_bits, settings.budget)
+    return _Sent(data, count, len(sequence.F0), sequence.level_count, sequence.message)
 
 
 def _check_arguments(mesh: TriMesh, settings: CompressSettings | None) -> None:
@@ -122,17 +155,3 @@ def _told_of_compiling(progress: Progress | None) -> Progress:
             warnings.warn(f"compress: {COMPILING}", UserWarning, stacklevel=3)
         return no_progress
     return noted(progress, COMPILING) if needs_compiling() else progress
-
-
-def _sequence(unit: TriMesh, settings: LodSettings, room: bool, clock: StageClock) -> Sequence:
-    """The LoD sequence of a mesh in the unit frame, its base numbered as the receiver numbers it, and its levels.
-
-    room: as in `decimate`.
-    """
-    with clock.stage("decimate") as report:
-        decimation = decimate(unit, settings.base_faces, settings.variant, report, room)
-    count = level_count_for(len(decimation.F0)) if settings.levels == AUTO else settings.levels
-    with clock.stage("levels") as report:
-        order, connectivity = order_connectivity(decimation.F0, len(decimation.V0))
-        lod = build_levels(decimation, count, order, progress=report)
-    return Sequence(unit, lod, hierarchy(lod.F0, len(lod.V0), lod.level_count), connectivity)

@@ -5,25 +5,28 @@ from os import PathLike
 
 import numpy as np
 
-from ..bitstream import ParsedStream
-from ..errors import SettingsError, StreamError, WeightsError
-from ..mesh import TriMesh, UnitFrame, hierarchy
-from ..network import EDGES, FEATURES, NUMPY, MeshIndex, Step, handed_down, load_weights, predict
+from ..bitstream import LatentCoding, ParsedStream
+from ..errors import SettingsError, StreamError
+from ..mesh import TriMesh
+from ..settings import DISPLACED, PAPER
+from .displaced_decoder import DisplacedDecoder
+from .latent_decoder import LatentDecoder
 
 CACHED = 32  # decodes kept; a slider that goes back finds its meshes at once
 
 
 class ProgressiveMesh:
-    """A stream as far as it has arrived. Connectivity is built once; positions of recent decodes are kept, and of each
-    level's step what the network said last: another number of features changes only the levels that see those features.
+    """A stream as far as it has arrived. Connectivity is built once; positions of recent decodes are kept.
 
-    Made by `open_stream` and `StoredStream.open` (the receiver of the paper's section 3). features: that arrived;
-    total_features: of the whole stream; levels: the finest; base_bytes, total_bytes: of the shortest prefix, and of this one.
+    Made by `open_stream` and `StoredStream.open` (the receiver of the paper's section 3). A feature is a number of a displaced
+    surface, or a latent of the paper's stream. features: that arrived; total_features: of the whole stream; levels: the finest;
+    base_bytes, total_bytes: of the shortest prefix, and of this one; stops: numbers of features worth stopping at, ascending,
+    from 0 to all; model: 'displaced' or 'paper'.
 
     >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
     >>> V = [[x, y, x * y / 8] for y in range(5) for x in range(5)]
     >>> F = [f for i in range(19) if i % 5 < 4 for f in ([i, i + 1, i + 5], [i + 1, i + 6, i + 5])]
-    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1), refine_steps=0)
+    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1))
     >>> data = compress(TriMesh.from_arrays(V, F), settings, progress=lambda fraction, message: None).data
     >>> mesh = open_stream(data)
     >>> [mesh.faces_at(level) for level in (0, 1)], mesh.bytes_for(0) == mesh.base_bytes
@@ -32,55 +35,43 @@ class ProgressiveMesh:
 
     def __init__(self, stream: ParsedStream, size: int) -> None:
         """stream: what `read_stream` returned for `size` bytes. Raises WeightsError if its weights are not here."""
-        header = stream.header
-        model = load_weights(header.model_id)
-        if model.digest != header.weights_hash:
-            raise WeightsError(
-                f"Expected weights '{header.model_id}' {header.weights_hash.hex()}, found {model.digest.hex()}; "
-                "install the version of the extension that wrote this file"
-            )
-        self.header, self.total_bytes = header, size
-        self.levels, self.model_id, self.position_bits = header.levels, header.model_id, header.position_bits
-        self.total_features, self.features = header.total_features, len(stream.group)
+        header, coding = stream.header, stream.header.coding
+        latent = isinstance(coding, LatentCoding)
+        self._decoder: LatentDecoder | DisplacedDecoder = (LatentDecoder if latent else DisplacedDecoder)(stream)
+        self.header, self.total_bytes, self.model = header, size, PAPER if latent else DISPLACED
+        self.levels, self.position_bits = header.levels, header.position_bits
+        self.total_features, self.features = header.total_features, stream.features
         self.truncated, self.corrupt = stream.truncated, stream.corrupt
         self.source_faces, self.source_vertices = header.source_faces, header.source_vertices
-        self.base_faces, self.base_vertices, self.base_bytes = len(stream.F0), len(stream.V0), stream.base_bytes
-        self._packet_features, self._packet_bytes = stream.packet_ends
-        self._frame = UnitFrame(np.asarray(header.centre), header.size)
-        self._params = model.params
-        self._V0 = NUMPY.array(stream.V0)
-        self._levels = hierarchy(stream.F0, len(stream.V0), header.levels)
-        self._meshes = [MeshIndex.of(NUMPY, level) for level in self._levels[:-1]]
-        step = np.asarray(header.feature_steps, dtype=np.float32)
-        self._group, self._face = stream.group, stream.face
-        self._value = stream.value.astype(np.float32) * step[stream.group][:, None]
+        self.base_faces, self.base_vertices, self.base_bytes = len(stream.F0), len(stream.grid), stream.base_bytes
+        self.stops = (0, *(k for k in self._decoder.stops if 0 < k < self.features), *([self.features] if self.features else []))
+        self._end_features, self._end_bytes = stream.ends
+        self._levels = self._decoder.levels
         self._cache: OrderedDict[int, list[np.ndarray]] = OrderedDict()
-        self._steps: list[tuple[tuple, Step] | None] = [None] * header.levels
 
     @property
     def shortfall(self) -> str:
         """What is wrong with a file that ends early or is damaged, as one line that goes on from its name; else empty."""
         opened = f"opened with {self.features:,} of {self.total_features:,} features"
         if self.corrupt:
-            return (f"is damaged after {self._packet_bytes[-1]:,} of {self.total_bytes:,} bytes: "
+            return (f"is damaged after {self._end_bytes[-1]:,} of {self.total_bytes:,} bytes: "
                     f"{self.corrupt[0].lower()}{self.corrupt[1:]}; {opened}; get the file again")
         return f"ends early: {opened}" if self.truncated else ""
 
     def bytes_for(self, features: int) -> int:
-        """Bytes of the shortest prefix that holds this many features; whole packets arrive, never parts."""
+        """Bytes of the shortest prefix that holds this many features; they arrive some at a time."""
         features = self._checked_features(features)
-        return int(self._packet_bytes[np.searchsorted(self._packet_features, features)])
+        return int(self._end_bytes[np.searchsorted(self._end_features, features)])
 
     def features_for(self, size: int) -> int:
         """Features that a prefix of this many bytes holds. Raises SettingsError if it ends before the base mesh."""
         if size < self.base_bytes:
             raise SettingsError(f"Expected at least {self.base_bytes} bytes (the base mesh), found {size}")
-        return int(self._packet_features[np.searchsorted(self._packet_bytes, size, side="right") - 1])
+        return int(self._end_features[np.searchsorted(self._end_bytes, size, side="right") - 1])
 
     def numbers(self, features: int) -> int:
-        """Numbers in the first features: 8 in a latent, 3 in a feature of offsets (paper section 4.1 counts them for CR)."""
-        latents = int((self._group[: self._checked_features(features)] < self.levels).sum())
-        return FEATURES * latents + EDGES * (features - latents)
+        """Numbers in the first features: 8 in a latent, as paper section 4.1 counts them for CR."""
+        return self._decoder.scalars(self._checked_features(features))
 
     def faces_at(self, level: int) -> int:
         """Faces of a level."""
@@ -93,7 +84,7 @@ class ProgressiveMesh:
     def decode_positions(self, features: int | None = None, level: int | None = None) -> np.ndarray:
         """Vertices (n, 3) float64, object space, of a level (None: finest) with the first features (None: all)."""
         level = self._checked_level(level)
-        return self._frame.to_object(self._unit_positions(self._checked_features(features), level).astype(np.float64))
+        return self.header.frame.to_object(self._unit_positions(self._checked_features(features), level).astype(np.float64))
 
     def decode(self, features: int | None = None, level: int | None = None) -> TriMesh:
         """The mesh of `decode_positions` and `level_faces`, in object space. Raises SettingsError if out of range."""
@@ -101,53 +92,14 @@ class ProgressiveMesh:
 
     def _unit_positions(self, features: int, level: int) -> np.ndarray:
         """Cached decode. It passes all coarser levels on its way, so they are kept with it."""
-        found = self._cache.get(features, [self._V0])
+        found = self._cache.get(features, [])
         if len(found) <= level:
-            found = self._decoded(features, level)
+            found = self._decoder.vertices(features, level)
         self._cache[features] = found
         self._cache.move_to_end(features)
         while len(self._cache) > CACHED:
             self._cache.popitem(last=False)
         return found[level]
-
-    def _decoded(self, features: int, level: int) -> list[np.ndarray]:
-        """Vertices of levels 0..level, unit frame: what `decoder.decode` gives."""
-        groups = np.bincount(self._group[:features], minlength=len(self.header.feature_steps)).reshape(-1, self.levels)
-        out = [self._V0]
-        for i in range(level):
-            # what the network sees: the latents of this level and the ones below, the offsets of those below
-            seen = (*groups[0, :i + 1], *groups[1:, :i].reshape(-1))
-            known = self._steps[i]
-            if known is None or known[0] != seen:
-                before = self._steps[i - 1] if i else None
-                below = before[1].hidden if before else None
-                step = predict(NUMPY, self._params, i, out[i], below, self._latents(features, i), self._meshes[i])
-                known = self._steps[i] = seen, step._replace(hidden=self._handed_down(i, step.hidden))
-            out.append(known[1].vertices(NUMPY, self._offsets(features, i) if self.header.passes else None))
-        return out
-
-    def _handed_down(self, level: int, hidden: np.ndarray) -> np.ndarray | None:
-        """What the step from `level` leaves for the next one, if there is one."""
-        return handed_down(NUMPY, self._params, level, hidden, self._meshes[level]) if level + 1 < self.levels else None
-
-    def _latents(self, features: int, level: int) -> np.ndarray:
-        """Latents (m, 8) of the faces of a level, zero where none is among the first `features`."""
-        out = np.zeros((self._meshes[level].m, FEATURES), np.float32)
-        mine = np.flatnonzero(self._group[:features] == level)
-        out[self._face[mine]] = self._value[mine]
-        return out
-
-    def _offsets(self, features: int, level: int) -> np.ndarray:
-        """Offsets (e, 1) of the midpoints of the edges of a level, unit frame, zero where none has arrived."""
-        mesh = self._meshes[level]
-        out = np.zeros((len(mesh.edge_a), 1), np.float32)
-        for group in range(self.levels + level, len(self.header.feature_steps), self.levels):
-            mine = np.flatnonzero(self._group[:features] == group)
-            edge = mesh.edge_of.reshape(-1, 3)[self._face[mine]]
-            added = np.zeros_like(out)
-            added[edge, 0] = self._value[mine, :3]
-            out += added
-        return out
 
     def _checked_level(self, level: int | None) -> int:
         level = self.levels if level is None else level
@@ -177,7 +129,7 @@ def open_stream(data: bytes) -> ProgressiveMesh:
     >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
     >>> V = [[x, y, x * y / 8] for y in range(5) for x in range(5)]
     >>> F = [f for i in range(19) if i % 5 < 4 for f in ([i, i + 1, i + 5], [i + 1, i + 6, i + 5])]
-    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1), refine_steps=0)
+    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1))
     >>> data = compress(TriMesh.from_arrays(V, F), settings, progress=lambda fraction, message: None).data
     >>> whole = open_stream(data)
     >>> cut = open_stream(data[:whole.base_bytes])  # what has arrived after the base mesh

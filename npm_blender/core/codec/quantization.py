@@ -1,17 +1,19 @@
-"""Quantization steps of a stream, from what the mesh is off by anyway."""
+"""Quantization steps of the paper's stream, from what the mesh is off by anyway."""
 import numpy as np
 
 BASE_STEP = 1.5  # of the lattice of base positions at most, over the mean error of the mesh without features
-LEAST_BITS = 9  # of a coordinate of the base
-LATENT_STEP = 1.0  # quantization step on the finest trained level; refinement knows of the rounding
+LEAST_BITS, MOST_BITS = 9, 14  # of a coordinate of the base
+LATENT_STEP = 1.0  # quantization step on the finest trained level
 LATENT_ERROR = 8e-4  # a mesh that is off by less without features gets finer steps, down to a tenth
-GROWTH = 1.4  # of the steps of offsets from level to level
-LEAST_STEP = 2e-5  # of offsets of level 0, unit frame
+
+
+def position_bits_for(error: float) -> int:
+    """Bits of a coordinate that resolve what the mesh is off by anyway (mean distance, unit frame)."""
+    return int(np.clip(np.ceil(-np.log2(BASE_STEP * error)), LEAST_BITS, MOST_BITS))
 
 
 def step_scale(error: float) -> float:
-    """Scale of everything that touches latents, from a mesh's error without features (unit frame): error / LATENT_ERROR,
-    within 0.1 and 1."""
+    """Scale of the latents' steps, from a mesh's error without features (unit frame): error / LATENT_ERROR, within 0.1 and 1."""
     return float(np.clip(error / LATENT_ERROR, 0.1, 1))
 
 

@@ -11,14 +11,14 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ..bitstream import Header, ParsedStream
-from ..errors import StreamError
+from ..bitstream import DisplacedCoding, DisplacedNumbers, Header, LatentCoding, LatentFeatures, ParsedStream
+from ..errors import MeshError, StreamError
+from ..mesh import hierarchy
 from .progressive_mesh import ProgressiveMesh
 
-_FEATURE_ARRAYS = ("group", "face", "value")  # of `ParsedStream`, by the same names in the file
 # what a damaged zip file, and arrays other than those of `pack`, can raise
 _DAMAGE = (OSError, ValueError, KeyError, TypeError, AttributeError, IndexError, EOFError, RuntimeError, MemoryError,
-           StreamError, zipfile.BadZipFile, zlib.error)
+           StreamError, MeshError, zipfile.BadZipFile, zlib.error)
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class StoredStream:
     >>> from npm_blender.core.codec import StoredStream, receive
     >>> V = [[x, y, x * y / 8] for y in range(5) for x in range(5)]
     >>> F = [f for i in range(19) if i % 5 < 4 for f in ([i, i + 1, i + 5], [i + 1, i + 6, i + 5])]
-    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1), refine_steps=0)
+    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1))
     >>> read = receive(compress(TriMesh.from_arrays(V, F), settings, progress=lambda fraction, message: None).data)
     >>> len(StoredStream(read.data, read.arrays).open().decode(level=0).F)
     8
@@ -63,16 +63,32 @@ def receive(data: bytes) -> StoredStream:
 
 
 def pack(stream: ParsedStream) -> bytes:
-    """A stream that was read, as a compressed .npz: exact, and about one and a half times the size of the file."""
-    header = {**asdict(stream.header), "weights_hash": stream.header.weights_hash.hex()}
-    facts = {"header": header, "base_bytes": stream.base_bytes, "truncated": stream.truncated,
-             "corrupt": stream.corrupt}
-    grid = np.rint(stream.V0 * 2.0**stream.header.position_bits).astype(np.int64)
-    arrays = {"grid": grid, "F0": stream.F0, **{name: getattr(stream, name) for name in _FEATURE_ARRAYS},
-              "ends": np.stack(stream.packet_ends)}
+    """A stream that was read, as a compressed .npz: exact, and at most about twice the size of the file."""
+    fields = asdict(stream.header)
+    if "weights_hash" in fields["coding"]:
+        fields["coding"]["weights_hash"] = fields["coding"]["weights_hash"].hex()
+    facts = {"header": fields, "base_bytes": stream.base_bytes, "truncated": stream.truncated, "corrupt": stream.corrupt}
+    details = dict(vars(stream.details))
+    if isinstance(stream.details, DisplacedNumbers):
+        details["table"] = _changes(stream.details.table)
+    arrays = {"grid": stream.grid, "F0": stream.F0, "ends": np.diff(np.stack(stream.ends), axis=1, prepend=0), **details}
     file = io.BytesIO()
     np.savez_compressed(file, facts=np.array(json.dumps(facts)), **{k: _narrow(a) for k, a in arrays.items()})
     return file.getvalue()
+
+
+def _changes(table: np.ndarray) -> np.ndarray:
+    """What each stage adds to twice the values of the stage before; most of it is zero."""
+    out = table.copy()
+    out[1:] -= 2 * table[:-1]
+    return out
+
+
+def _values(changes: np.ndarray) -> np.ndarray:
+    """The inverse of `_changes`."""
+    for stage in range(1, len(changes)):
+        changes[stage] += 2 * changes[stage - 1]
+    return changes
 
 
 def unpack(arrays: bytes) -> ParsedStream:
@@ -81,14 +97,21 @@ def unpack(arrays: bytes) -> ParsedStream:
         with np.load(io.BytesIO(arrays), allow_pickle=False) as z:
             facts = json.loads(str(z["facts"]))
             fields = facts.pop("header")
-            header = Header(**{**fields, "weights_hash": bytes.fromhex(fields["weights_hash"])})
-            grid, F0, ends = z["grid"].astype(np.int64), z["F0"].astype(np.int32), z["ends"].astype(np.int64)
-            group, face, value = z["group"].astype(np.uint8), z["face"].astype(np.int32), z["value"].astype(np.int32)
-        stream = ParsedStream(header, grid * 2.0**-header.position_bits, F0, group, face, value, (ends[0], ends[1]), **facts)
+            grid, F0, ends = z["grid"].astype(np.int64), z["F0"].astype(np.int32), z["ends"].astype(np.int64).cumsum(axis=1)
+            coding = fields.pop("coding")
+            details: LatentFeatures | DisplacedNumbers
+            if "weights_hash" in coding:
+                header = Header(**fields, coding=LatentCoding(**{**coding, "weights_hash": bytes.fromhex(coding["weights_hash"])}))
+                details = LatentFeatures(z["level"].astype(np.uint8), z["face"].astype(np.int32), z["value"].astype(np.int32))
+            else:
+                header = Header(**fields, coding=DisplacedCoding(**coding))
+                details = DisplacedNumbers(_values(z["table"].astype(np.int64)), z["coded"].astype(bool))
+        stream = ParsedStream(header, grid, F0, details, (ends[0], ends[1]), **facts)
+        fits = _fits(stream)
     except _DAMAGE as error:
         raise StreamError(f"Expected a stream that was read before, found damaged arrays ({error}); "
                           "open the file again") from error
-    if not _fits(stream):
+    if not fits:
         raise StreamError("Expected a stream that was read before, found arrays that do not fit together; "
                           "open the file again")
     return stream
@@ -102,12 +125,28 @@ def _narrow(array: np.ndarray) -> np.ndarray:
 
 def _fits(s: ParsedStream) -> bool:
     """Whether every shape and index is one that a stream can have."""
-    features, ends = s.packet_ends
-    faces = len(s.F0) * 4 ** np.tile(np.arange(s.header.levels, dtype=np.int64), 1 + s.header.passes)
+    features, ends = s.ends
     return bool(
-        s.V0.ndim == s.F0.ndim == s.value.ndim == 2 and s.V0.shape[1] == s.F0.shape[1] == 3 and s.F0.size
-        and s.F0.min() >= 0 and s.F0.max() < len(s.V0)
-        and s.group.shape == s.face.shape == (len(s.value),) and s.value.shape[1] == s.header.channels
-        and (s.group < len(faces)).all() and (s.face >= 0).all() and (s.face < faces[s.group]).all()
+        s.grid.ndim == s.F0.ndim == 2 and s.grid.shape[1] == s.F0.shape[1] == 3 and s.F0.size
+        and s.F0.min() >= 0 and s.F0.max() < len(s.grid)
         and features.ndim == 1 and (np.diff(features) >= 0).all() and (np.diff(ends) >= 0).all()
-        and features[0] == 0 and features[-1] == len(s.value) and ends[0] == s.base_bytes)
+        and features[0] == 0 and ends[0] == s.base_bytes
+        and (_latents_fit(s, s.details) if isinstance(s.details, LatentFeatures) else _numbers_fit(s, s.details)))
+
+
+def _latents_fit(s: ParsedStream, details: LatentFeatures) -> bool:
+    faces = len(s.F0) * 4 ** np.arange(s.header.levels, dtype=np.int64)
+    return bool(details.value.ndim == 2 and isinstance(s.header.coding, LatentCoding)
+                and details.level.shape == details.face.shape == (len(details.value),)
+                and details.value.shape[1] == s.header.coding.channels and s.features == len(details.value)
+                and (details.level < len(faces)).all() and (details.face >= 0).all()
+                and (details.face < faces[details.level]).all())
+
+
+def _numbers_fit(s: ParsedStream, details: DisplacedNumbers) -> bool:
+    levels = hierarchy(s.F0, len(s.grid), s.header.levels)
+    new = np.diff([0, *(level.n for level in levels)])
+    return bool(isinstance(s.header.coding, DisplacedCoding)
+                and details.table.shape == (s.header.coding.stages, levels[-1].n)
+                and details.coded.shape == (s.header.coding.stages, len(levels))
+                and s.features <= (details.coded * new).sum())

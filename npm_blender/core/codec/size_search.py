@@ -1,0 +1,95 @@
+"""A stream that is made for a size: base, levels, bits and steps that leave the least error in so many bytes.
+
+Candidates are displaced surfaces over bases of a few sizes, and plain bases without levels, which show flat and sharp things
+best. All are made, measured the worse way, and compared.
+"""
+from collections.abc import Callable, Iterator
+from ..errors import SettingsError
+from ..settings import AUTO, CompressSettings
+from .displaced_sender import FreeBase, Made, Stages, Target, levels_for
+
+HEAD = 50                       # bytes of a stream that are neither base nor details
+PLAIN = -1                      # levels of a plain base
+FULL = 0.985                    # of the budget, what is full
+PLAIN_BITS = (8, 9, 10, 11, 12, 13, 14)
+BYTES_PER_FACE = 1.15           # of a base, about
+FEWEST = 12
+SHARES = (0.55, 0.3)            # of the budget that the bases of displaced surfaces take
+
+
+class BaseTooLarge(SettingsError):
+    """The base mesh alone takes more bytes than the budget."""
+
+    def __init__(self, size: int, faces: int, budget: int) -> None:
+        super().__init__(
+            f"Expected a base mesh of at most {budget:,} bytes, found {size:,} for {faces:,} faces; "
+            "allow more bytes, or ask for fewer base faces"
+        )
+
+
+def best_for(target: Target, settings: CompressSettings, tell: Callable[[float, str], None]) -> Made:
+    """The stream for the budget of the settings. Raises BaseTooLarge where no base is so small."""
+    made = []
+    candidates = list(_candidates(target, settings))
+    for i, candidate in enumerate(candidates):
+        tell(i / len(candidates), "Fitting")
+        found = candidate()
+        if found:
+            made.append(found)
+    if not made:
+        small = _whole(target, FreeBase(target, settings.lod.base_faces or FEWEST, PLAIN, room=False), settings.position_bits or PLAIN_BITS[0])
+        raise BaseTooLarge(len(small.data), len(small.base.surface.F0), settings.budget)
+    return min(made, key=lambda one: one.error)
+
+
+def _candidates(target: Target, settings: CompressSettings) -> Iterator[Callable[[], Made | None]]:
+    """What is tried."""
+    budget, lod = settings.budget, settings.lod
+    if lod.levels == AUTO:
+        yield lambda: _plain(target, settings)
+    faces = [lod.base_faces] if lod.base_faces != AUTO else [int(share * (budget - HEAD) / BYTES_PER_FACE) for share in SHARES]
+    for count in faces:
+        if count >= FEWEST and count < len(target.mesh.F):
+            yield lambda count=count: _displaced(target, settings, count)
+
+
+def _plain(target: Target, settings: CompressSettings) -> Made | None:
+    """A base without levels that fills the budget, with the bits that suit it."""
+    budget, asked = settings.budget, settings.lod.base_faces
+    faces = asked or min(max(int((budget - HEAD) / BYTES_PER_FACE), FEWEST), len(target.mesh.F))
+    best: Made | None = None
+    tries = [settings.position_bits] if settings.position_bits else PLAIN_BITS
+    for _ in range(4):
+        free = FreeBase(target, faces, PLAIN, room=bool(asked))
+        options = []
+        for bits in tries:
+            made = _whole(target, free, bits)
+            size = len(made.data)
+            if size <= budget and (best is None or made.error < best.error):
+                best = made
+            # the error that as many faces as fill the budget would leave
+            options.append((made.error * (1 if asked else size / budget), size, bits))
+        _, size, bits = min(options)
+        if asked or (size <= budget and (size > FULL * budget or faces == len(target.mesh.F))):
+            break
+        tries = [bits]
+        faces = min(max(int(faces * 0.99 * budget / size), FEWEST), len(target.mesh.F))
+    return best
+
+
+def _whole(target: Target, free: FreeBase, bits: int) -> Made:
+    """A base without levels as a stream."""
+    base = free.rounded(bits)
+    stages = Stages(target, base)
+    return Made(*stages.stream(stages.nothing(), 0), base.error, base)
+
+
+def _displaced(target: Target, settings: CompressSettings, faces: int) -> Made | None:
+    """A displaced surface whose steps fill the budget."""
+    budget, lod = settings.budget, settings.lod
+    levels = lod.levels or levels_for(faces, len(target.mesh.F), 3)
+    base = FreeBase(target, faces, levels, room=lod.base_faces != AUTO).rounded(settings.position_bits)
+    stages = Stages(target, base)
+    if len(stages.stream(stages.nothing(), 0)[0]) > budget:
+        return None
+    return stages.filled(budget)

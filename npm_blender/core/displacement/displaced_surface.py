@@ -1,0 +1,80 @@
+"""From integers to vertices: subdivide, then move every vertex that is new along the normal of the surface there.
+
+Displaced subdivision surfaces: Lee, Moreton, Hoppe 2000. NumPy alone: Blender's window walks this way.
+"""
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ..mesh import Level, hierarchy
+from .stencils import Stencil, stencil_of
+
+
+class SurfaceLevels(NamedTuple):
+    """X: vertices (n_i, 3) of levels 0, 1, ..; N: the unit direction (k_i, 3) in which those that are new at each level moved."""
+
+    X: list[np.ndarray]
+    N: list[np.ndarray]
+
+
+@dataclass(frozen=True)
+class DisplacedSurface:
+    """Base faces F0 (m0, 3) over n0 vertices, subdivided `levels` times with `smooth` (see `stencils`)."""
+
+    F0: np.ndarray
+    n0: int
+    levels: int
+    smooth: int
+
+    @cached_property
+    def hierarchy(self) -> list[Level]:
+        """Connectivity of levels 0..levels."""
+        return hierarchy(self.F0, self.n0, self.levels)
+
+    @cached_property
+    def stencils(self) -> list[Stencil]:
+        """From each level to the next."""
+        return [stencil_of(level, self.smooth) for level in self.hierarchy[:-1]]
+
+    @cached_property
+    def first(self) -> np.ndarray:
+        """Vertices first[i]..first[i + 1] - 1 are new at level i, (levels + 2,) int64."""
+        return np.array([0, *(level.n for level in self.hierarchy)], np.int64)
+
+    def with_smooth(self, smooth: int) -> "DisplacedSurface":
+        """The same connectivity under another scheme."""
+        out = DisplacedSurface(self.F0, self.n0, self.levels, smooth)
+        out.__dict__["hierarchy"] = self.hierarchy
+        return out
+
+    def new_at(self, level: int) -> slice:
+        """Vertices that are new at a level."""
+        return slice(int(self.first[level]), int(self.first[level + 1]))
+
+    def build(self, V0: np.ndarray, moves: np.ndarray, level: int | None = None) -> SurfaceLevels:
+        """Levels 0..level (None: the finest). V0 (n0, 3): base vertices; moves (n,): of each vertex along its normal at
+        the level where it is new."""
+        X, out = V0, SurfaceLevels([], [])
+        for i, now in enumerate(self.hierarchy[: (self.levels if level is None else level) + 1]):
+            X = self.stencils[i - 1].apply(X) if i else X.astype(np.float64)
+            new = self.new_at(i)
+            N = _vertex_normals(X, now.F)[new]
+            moved = moves[new]
+            if moved.any():
+                X[new] += moved[:, None] * N
+            out.X.append(X)
+            out.N.append(N)
+        return out
+
+
+def _vertex_normals(X: np.ndarray, F: np.ndarray) -> np.ndarray:
+    """Unit normals (n, 3), area-weighted; zero where the faces of a vertex cancel out."""
+    a, b, c = X[F[:, 0]], X[F[:, 1]], X[F[:, 2]]
+    u, v = b - a, c - a
+    of_faces = np.stack([u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1], u[:, 2] * v[:, 0] - u[:, 0] * v[:, 2],
+                         u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]])
+    flat = F.reshape(-1)
+    N = np.stack([np.bincount(flat, np.repeat(axis, 3), len(X)) for axis in of_faces], 1)
+    return N / np.maximum(np.sqrt((N * N).sum(1, keepdims=True)), 1e-300)

@@ -1,0 +1,164 @@
+"""Integers of a displaced surface, stage by stage: each to the value with the least squared distance plus price of its bits.
+
+The distances depend linearly on what is sent, as long as normals and closest points stay (see `two_way`). So a pass measures
+them and improves the integers level by level on that model, one by one (coordinate descent).
+"""
+from typing import NamedTuple
+
+import numpy as np
+
+from ..displacement import DisplacedSurface
+from ..jit import compiled
+from .influence import Columns
+from .rates import Rate, bits_of, class_of, default_rate, measured_rate
+from .source import Source
+from .two_way import Samples, TwoWay
+
+DAMPING = 0.01  # of a level's mean curvature, against steps where nothing is known
+PER_UNKNOWN, MOST = 12, 150_000  # samples each way
+TRADE = 0.06  # price of a bit, in squared steps of the finest level
+SWEEPS = 3
+
+
+class Stencils(NamedTuple):
+    """What the integers of one level do to the samples: start, row, push: columns; curvature (n,): squared, damped."""
+
+    start: np.ndarray
+    row: np.ndarray
+    push: np.ndarray
+    curvature: np.ndarray
+
+
+class StageFit(NamedTuple):
+    """value (n,) int64 after a stage; rate: the bits it was priced with; mean: the larger mean distance before the last pass."""
+
+    value: np.ndarray
+    rate: Rate
+    mean: float
+
+
+class DetailFit:
+    """One source under one surface."""
+
+    def __init__(self, source: Source, surface: DisplacedSurface, near: np.ndarray) -> None:
+        """near (n, 8): the numbers around each, see `bitstream.around`."""
+        self.source, self.surface, self.near = source, surface, near
+        self._fits: dict[int, TwoWay] = {}
+
+    def two_way(self, levels: int) -> TwoWay:
+        """The fit of the first levels alone."""
+        if levels not in self._fits:
+            surface = DisplacedSurface(self.surface.F0, self.surface.n0, levels, self.surface.smooth)
+            surface.__dict__["hierarchy"] = self.surface.hierarchy[: levels + 1]
+            self._fits[levels] = TwoWay(self.source, surface)
+        return self._fits[levels]
+
+    def stage(self, V0: np.ndarray, steps: np.ndarray, before: StageFit | None, levels: int, trade: float = TRADE,
+              passes: int = 2) -> StageFit:
+        """The integers of a stage that refines the one before, whose steps were twice as large.
+
+        steps (levels + 1,): of every level; levels: those that may have numbers; trade: price of a bit, in squared steps of the
+        finest level."""
+        old = 2 * before.value if before else np.zeros(int(self.surface.first[-1]), np.int64)
+        return self.improved(V0, steps, StageFit(old.copy(), before.rate if before else default_rate(self.surface.levels), np.inf),
+                             old, levels, trade, passes)
+
+    def improved(self, V0: np.ndarray, steps: np.ndarray, start: StageFit, old: np.ndarray, levels: int, trade: float = TRADE,
+                 passes: int = 2) -> StageFit:
+        """The integers of a stage, from those of `start`; old (n,): what changes are counted from."""
+        first = self.surface.first
+        per_vertex = np.repeat(steps, np.diff(first))
+        value, rate = start.value.copy(), start.rate
+        mean = np.inf
+        top = max((i for i in range(levels + 1) if value[self.surface.new_at(i)].any()), default=0)
+        for _ in range(passes):
+            top = min(max(top + 1, 1), levels)
+            fit = self.two_way(min(top + 1, self.surface.levels))
+            unknown = int(first[top + 1] - first[top])
+            moves = (value * per_vertex)[: int(fit.surface.first[-1])]
+            at = fit.surface.build(V0, moves)
+            samples = fit.measured(at.X[-1], steps[-1] / 2, min(PER_UNKNOWN * unknown, MOST))
+            mean = samples.mean
+            per_bit = trade * steps[-1] ** 2 * self._finest_curvature(fit, samples)
+            for level in range(top + 1):
+                now = self.surface.new_at(level)
+                part = samples.part(PER_UNKNOWN * (now.stop - now.start))
+                model = _stencils(fit.columns(part, level), part, at.N[level], steps[level])
+                before_level, scale = value[now].copy(), len(samples.distance) / len(part.distance)
+                _descend(model.start, model.row, model.push, model.curvature, part.distance.copy(), value, old, self.near,
+                         np.array([now.start, SWEEPS]), rate.fresh[level], rate.again, per_bit / scale)
+                changed = value[now] - before_level
+                if changed.any():
+                    top = max(top, level)
+                    samples = fit.moved(samples, level, (changed * steps[level])[:, None] * at.N[level])
+            rate = measured_rate(value, old, self.near, first)
+        return StageFit(value, rate, mean)
+
+    def _finest_curvature(self, fit: TwoWay, samples: Samples) -> float:
+        """Of one vertex of the finest level of all: the weight that is spread over them, with the share of it that moves."""
+        return 1.5 * samples.weight.sum() / len(self.surface.hierarchy[-1].edges)
+
+
+def _stencils(columns: Columns, samples: Samples, N: np.ndarray, step: float) -> Stencils:
+    push, curvature = _along(columns.start, columns.row, columns.weight, samples.away, N * step)
+    curvature += DAMPING * curvature.mean()
+    return Stencils(columns.start, columns.row, push, curvature)
+
+
+@compiled(allocates=True)
+def _along(start, row, weight, away, N):
+    push, curvature = np.empty(len(row), np.float32), np.zeros(len(N))
+    for j in range(len(N)):
+        for p in range(start[j], start[j + 1]):
+            k = row[p]
+            push[p] = weight[p] * (away[k, 0] * N[j, 0] + away[k, 1] * N[j, 1] + away[k, 2] * N[j, 2])
+            curvature[j] += push[p] * push[p]
+    return push, curvature
+
+
+@compiled
+def _best_change(h, g, now, before, row, per_bit):
+    """The change of an integer, 0 if none is better, with the least h x^2 / 2 + g x + price; row: bits by value.
+
+    Tried are the two integers at the minimum without a price, the old value, and a step from the lower of the two towards
+    the old value.
+    """
+    best, best_cost = 0, per_bit * bits_of(row, now - before)
+    low = int(np.floor(-g / h))
+    for trial in range(4):
+        if trial == 0:
+            step = low
+        elif trial == 1:
+            step = low + 1
+        elif trial == 2:
+            step = before - now
+        else:
+            step = low + (1 if low + now < before else -1)
+        if step == 0:
+            continue
+        cost = step * (0.5 * h * step + g) + per_bit * bits_of(row, now + step - before)
+        if cost < best_cost:
+            best, best_cost = step, cost
+    return best
+
+
+@compiled
+def _descend(start, row, push, curvature, residual, value, old, near, plan, fresh, again, per_bit):
+    """Coordinate descent over the integers value[plan[0]:], plan[1] times; the residual follows."""
+    for _ in range(plan[1]):
+        changed = 0
+        for i in range(len(curvature)):
+            if curvature[i] <= 0:
+                continue
+            v, g = plan[0] + i, 0.0
+            for p in range(start[i], start[i + 1]):
+                g += push[p] * residual[row[p]]
+            bits = again if old[v] != 0 else fresh[class_of(value, near, v)]
+            change = _best_change(curvature[i], g, value[v], old[v], bits, per_bit)
+            if change != 0:
+                changed += 1
+                value[v] += change
+                for p in range(start[i], start[i + 1]):
+                    residual[row[p]] += push[p] * change
+        if changed == 0:
+            break
