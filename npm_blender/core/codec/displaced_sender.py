@@ -139,14 +139,13 @@ class Stages:
 
     def error(self, value: np.ndarray, steps: np.ndarray) -> float:
         """How far integers (n,) with steps (levels + 1,) leave the finest level from the source."""
-        surface = self.base.surface
-        return self.target.error(surface, self.base.V0, value * np.repeat(steps, np.diff(surface.first)))
+        return self.fit.error(self.base.V0, value * np.repeat(steps, np.diff(self.base.surface.first)), CHECKED)
 
     def add(self) -> float:
         """One stage more: what is left of the error. A stage that does not help stays empty."""
         surface, stage = self.base.surface, len(self.values)
         steps = self.coding(self.step, 1, 0).steps(surface.levels, stage)
-        found = self.fit.stage(self.base.V0, steps, self._last, surface.levels)
+        found = self.fit.stage(self.base.V0, steps, self._last, surface.levels, passes=2 if stage < 4 else 1)
         error = self.error(found.value, steps)
         if error > self.errors[-1]:
             kept = 2 * self.values[-1] if self.values else np.zeros_like(found.value)

@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..displacement import DisplacedSurface
+from ..displacement import DisplacedSurface, SurfaceLevels
 from ..jit import compiled
+from ..mesh import TriMesh
+from ..parallel import each
 from .influence import Columns
 from .rates import Rate, bits_of, class_of, default_rate, measured_rate
 from .source import Source
@@ -18,15 +20,20 @@ DAMPING = 0.01  # of a level's mean curvature, against steps where nothing is kn
 PER_UNKNOWN, MOST = 12, 150_000  # samples each way
 TRADE = 0.06  # price of a bit, in squared steps of the finest level
 SWEEPS = 3
+REACH = 0.2  # of the length of its parent edge: how far a vertex moves in a pass
 
 
 class Stencils(NamedTuple):
-    """What the integers of one level do to the samples: start, row, push: columns; curvature (n,): squared, damped."""
+    """What the integers of one level do to the samples: start, row, push: columns; curvature (n,): squared, damped; reach (n,): how
+    far each may move, and moved (n,): how far it has, in steps; samples: each way."""
 
     start: np.ndarray
     row: np.ndarray
     push: np.ndarray
     curvature: np.ndarray
+    reach: np.ndarray
+    moved: np.ndarray
+    samples: int
 
 
 class StageFit(NamedTuple):
@@ -69,7 +76,7 @@ class DetailFit:
         first = self.surface.first
         per_vertex = np.repeat(steps, np.diff(first))
         value, rate = start.value.copy(), start.rate
-        mean = np.inf
+        mean, best = np.inf, value
         top = max((i for i in range(levels + 1) if value[self.surface.new_at(i)].any()), default=0)
         for _ in range(passes):
             top = min(max(top + 1, 1), levels)
@@ -78,15 +85,15 @@ class DetailFit:
             moves = (value * per_vertex)[: int(fit.surface.first[-1])]
             at = fit.surface.build(V0, moves)
             samples = fit.measured(at.X[-1], steps[-1] / 2, min(PER_UNKNOWN * unknown, MOST))
-            mean = samples.mean
+            if samples.mean > mean:  # the pass before did harm
+                return StageFit(best, rate, mean)
+            mean, best = samples.mean, value.copy()
             per_bit = trade * steps[-1] ** 2 * self._finest_curvature(fit, samples)
-            for level in range(top + 1):
-                now = self.surface.new_at(level)
-                part = samples.part(PER_UNKNOWN * (now.stop - now.start))
-                model = _stencils(fit.columns(part, level), part, at.N[level], steps[level])
+            for level, model in enumerate(self._models(fit, samples, at, steps, top)):
+                now, part = self.surface.new_at(level), samples.part(model.samples)
                 before_level, scale = value[now].copy(), len(samples.distance) / len(part.distance)
-                _descend(model.start, model.row, model.push, model.curvature, part.distance.copy(), value, old, self.near,
-                         np.array([now.start, SWEEPS]), rate.fresh[level], rate.again, per_bit / scale)
+                _descend(model, part.distance.copy(), value, old, self.near, np.array([now.start, SWEEPS]), rate.fresh[level],
+                         rate.again, per_bit / scale)
                 changed = value[now] - before_level
                 if changed.any():
                     top = max(top, level)
@@ -94,15 +101,41 @@ class DetailFit:
             rate = measured_rate(value, old, self.near, first)
         return StageFit(value, rate, mean)
 
+    def _models(self, fit: TwoWay, samples: Samples, at: SurfaceLevels, steps: np.ndarray, top: int) -> list[Stencils]:
+        """What the integers of levels 0..top do, each to as many samples as it needs."""
+        def of(level: int) -> Stencils:
+            count = PER_UNKNOWN * int(self.surface.first[level + 1] - self.surface.first[level])
+            part = samples.part(count)
+            return _stencils(fit.columns(part, level), part, at.N[level], steps[level], self._reach(at, level), count)
+
+        return each(of, range(top, -1, -1))[::-1]
+
+    def _reach(self, at: SurfaceLevels, level: int) -> np.ndarray:
+        """How far (k,) the vertices that are new at a level may move in a pass: the model holds near where it was made."""
+        if level == 0:
+            edges = self.surface.hierarchy[0].edges
+            length = np.linalg.norm(np.diff(at.X[0][edges], axis=1)[:, 0], axis=1)
+            count = np.bincount(edges.reshape(-1), minlength=self.surface.n0)
+            return REACH * np.bincount(edges.reshape(-1), np.repeat(length, 2), self.surface.n0) / np.maximum(count, 1)
+        edges = self.surface.hierarchy[level - 1].edges
+        return REACH * np.linalg.norm(np.diff(at.X[level - 1][edges], axis=1)[:, 0], axis=1)
+
+    def error(self, V0: np.ndarray, moves: np.ndarray, count: int) -> float:
+        """How far the finest level is from the source, the worse way, by `count` samples each way."""
+        fit = self.two_way(self.surface.levels)
+        X = fit.surface.build(V0, moves).X[-1]
+        return self.source.error(TriMesh(X, fit.surface.hierarchy[-1].F), count, fit.tree(X))
+
     def _finest_curvature(self, fit: TwoWay, samples: Samples) -> float:
         """Of one vertex of the finest level of all: the weight that is spread over them, with the share of it that moves."""
         return 1.5 * samples.weight.sum() / len(self.surface.hierarchy[-1].edges)
 
 
-def _stencils(columns: Columns, samples: Samples, N: np.ndarray, step: float) -> Stencils:
+def _stencils(columns: Columns, samples: Samples, N: np.ndarray, step: float, reach: np.ndarray, count: int) -> Stencils:
     push, curvature = _along(columns.start, columns.row, columns.weight, samples.away, N * step)
     curvature += DAMPING * curvature.mean()
-    return Stencils(columns.start, columns.row, push, curvature)
+    whole = np.maximum(np.rint(reach / step), 1).astype(np.int64)
+    return Stencils(columns.start, columns.row, push, curvature, whole, np.zeros_like(whole), count)
 
 
 @compiled(allocates=True)
@@ -117,14 +150,14 @@ def _along(start, row, weight, away, N):
 
 
 @compiled
-def _best_change(h, g, now, before, row, per_bit):
+def _best_change(h, g, now, before, row, per_bit, least, most):
     """The change of an integer, 0 if none is better, with the least h x^2 / 2 + g x + price; row: bits by value.
 
     Tried are the two integers at the minimum without a price, the old value, and a step from the lower of the two towards
-    the old value.
+    the old value, all within least..most.
     """
     best, best_cost = 0, per_bit * bits_of(row, now - before)
-    low = int(np.floor(-g / h))
+    low = int(np.floor(min(max(-g / h, float(least)), float(most))))
     for trial in range(4):
         if trial == 0:
             step = low
@@ -134,7 +167,7 @@ def _best_change(h, g, now, before, row, per_bit):
             step = before - now
         else:
             step = low + (1 if low + now < before else -1)
-        if step == 0:
+        if step == 0 or step < least or step > most:
             continue
         cost = step * (0.5 * h * step + g) + per_bit * bits_of(row, now + step - before)
         if cost < best_cost:
@@ -143,21 +176,26 @@ def _best_change(h, g, now, before, row, per_bit):
 
 
 @compiled
-def _descend(start, row, push, curvature, residual, value, old, near, plan, fresh, again, per_bit):
-    """Coordinate descent over the integers value[plan[0]:], plan[1] times; the residual follows."""
+def _descend(model, residual, value, old, near, plan, fresh, again, per_bit):
+    """Coordinate descent over the integers value[plan[0]:], plan[1] times; the residual follows. None moves farther than
+    model.reach from where it was."""
+    start, row, push, reach = model.start, model.row, model.push, model.reach
+    moved = model.moved
     for _ in range(plan[1]):
         changed = 0
-        for i in range(len(curvature)):
-            if curvature[i] <= 0:
+        for i in range(len(reach)):
+            if model.curvature[i] <= 0:
                 continue
             v, g = plan[0] + i, 0.0
             for p in range(start[i], start[i + 1]):
                 g += push[p] * residual[row[p]]
             bits = again if old[v] != 0 else fresh[class_of(value, near, v)]
-            change = _best_change(curvature[i], g, value[v], old[v], bits, per_bit)
+            change = _best_change(model.curvature[i], g, value[v], old[v], bits, per_bit, -reach[i] - moved[i],
+                                  reach[i] - moved[i])
             if change != 0:
                 changed += 1
                 value[v] += change
+                moved[i] += change
                 for p in range(start[i], start[i + 1]):
                     residual[row[p]] += push[p] * change
         if changed == 0:

@@ -1,4 +1,4 @@
-"""The surface that is fitted, and points of it in random order: any first part of them is spread evenly."""
+"""The surface that is fitted, and points of it."""
 import numpy as np
 
 from ..geometry import ClosestPoints, sample
@@ -10,14 +10,15 @@ PIECE = 16_384  # points that one thread looks up at a time
 
 
 class Source:
-    """points (SAMPLES, 3), and the unit normals (SAMPLES, 3) of the surface there; unit frame."""
+    """points (SAMPLES, 3), the unit normals (SAMPLES, 3) of the surface there, and their places in a random order, rank
+    (SAMPLES,); unit frame."""
 
     def __init__(self, mesh: TriMesh, samples: int = SAMPLES) -> None:
         """mesh: in the unit frame. Raises MeshError if it has no area."""
         self.surface, self.face_normals = ClosestPoints(mesh), mesh.face_normals()
         points, face = sample(mesh, samples, 1)
-        order = np.random.default_rng(1).permutation(samples)
-        self.points, self.normals = points[order], self.face_normals[face[order]]
+        self.points, self.normals = points, self.face_normals[face]
+        self.rank = np.random.default_rng(1).permutation(samples)
 
     def closest(self, P: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distances (k,) of P (k, 3), and the unit vectors (k, 3) along which they grow."""
@@ -25,11 +26,12 @@ class Source:
         return distance, unit_vectors(P - point, distance, self.face_normals[face])
 
 
-    def error(self, mesh: TriMesh, count: int) -> float:
-        """How far a mesh is from the source, the worse way: the larger of the mean distances of `count` points each way."""
-        points, _ = sample(mesh, count, 2)
-        there, _, _ = closest(self.surface, points)
-        back, _, _ = closest(ClosestPoints(mesh), self.points[:count])
+    def error(self, mesh: TriMesh, count: int, tree: ClosestPoints | None = None) -> float:
+        """How far a mesh is from the source, the worse way: the larger of the mean distances of `count` points each way.
+
+        tree: of the mesh, where it is at hand."""
+        there, _, _ = closest(self.surface, sample(mesh, count, 2)[0])
+        back, _, _ = closest(tree or ClosestPoints(mesh), self.points[self.rank < count])
         return float(max(there.mean(), back.mean()))
 
 

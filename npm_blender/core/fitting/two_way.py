@@ -21,21 +21,21 @@ POWER = 0.6
 class Samples(NamedTuple):
     """k samples of both ways. corner (k, 3) int32, share (k, 3): the point of the surface, a mean of its vertices;
     away (k, 3) float32: the vector along which the weighted distance grows; distance (k,): weighted, too; weight (k,): of
-    the square; mean: the larger of both mean distances."""
+    the square; rank (k,): places in a random order of each way; mean: the larger of both mean distances."""
 
     corner: np.ndarray
     share: np.ndarray
     away: np.ndarray
     distance: np.ndarray
     weight: np.ndarray
+    rank: np.ndarray
     mean: float
 
     def part(self, count: int) -> "Samples":
-        """The first `count` samples of each way."""
-        half = len(self.distance) // 2
-        if count >= half:
+        """`count` samples of each way, spread evenly."""
+        if 2 * count >= len(self.distance):
             return self
-        pick = np.concatenate([np.arange(count), half + np.arange(count)])
+        pick = np.flatnonzero(self.rank < count)
         return Samples(*(array[pick] for array in self[:-1]), self.mean)
 
 
@@ -46,8 +46,8 @@ class TwoWay:
         """surface: its finest level is what is measured."""
         self.source, self.surface = source, surface
         finest = surface.hierarchy[-1]
-        self.order = np.random.default_rng(0).permutation(len(finest.edges))
-        self.edges = finest.edges[self.order]
+        self._rank = np.random.default_rng(0).permutation(len(finest.edges))
+        self._tree: tuple[np.ndarray, ClosestPoints] | None = None
         # rows of the finest vertices over those that are new at each level
         rows, self.by_level = Rows.identity(finest.n), []
         for level in range(surface.levels, -1, -1):
@@ -58,23 +58,25 @@ class TwoWay:
 
     def measured(self, X: np.ndarray, floor: float, count: int) -> Samples:
         """Of the finest vertices X (n, 3), `count` samples each way; distances below `floor` weigh no more."""
-        F, source = self.surface.hierarchy[-1].F, self.source
-        count = min(count, len(self.edges), len(source.points))
-        edges = self.edges[:count]
+        finest, source = self.surface.hierarchy[-1], self.source
+        F, count = finest.F, min(count, len(finest.edges), len(source.points))
+        mine, theirs = np.flatnonzero(self._rank < count), np.flatnonzero(source.rank < count)
+        edges = finest.edges[mine]
         middle = (X[edges[:, 0]] + X[edges[:, 1]]) / 2
         there, away = source.closest(middle)
-        area = self._areas(X)[: len(edges)]
+        area = self._areas(X)[mine]
         area = area / max(area.sum(), 1e-300)
-        points = source.points[:count]
-        back, at, face = closest(ClosestPoints(TriMesh(X, F)), points)
+        points = source.points[theirs]
+        back, at, face = closest(self.tree(X), points)
         share = _barycentric(X[F[face]], at)
-        reverse = unit_vectors(at - points, back, source.normals[:count])
+        reverse = unit_vectors(at - points, back, source.normals[theirs])
         corner = np.concatenate([np.concatenate([edges, edges[:, :1]], 1), F[face]]).astype(np.int32)
         halves = np.tile([0.5, 0.5, 0.0], (len(edges), 1))
         weight = np.concatenate([area / np.maximum(there, floor) ** POWER, 1 / len(points) / np.maximum(back, floor) ** POWER])
         root = np.sqrt(weight)
         return Samples(corner, np.concatenate([halves, share]), np.concatenate([away, reverse]) * root[:, None],
-                       np.concatenate([there, back]) * root, weight, max(float((area * there).sum()), float(back.mean())))
+                       np.concatenate([there, back]) * root, weight,
+                       np.concatenate([self._rank[mine], source.rank[theirs]]), max(float((area * there).sum()), float(back.mean())))
 
     def columns(self, samples: Samples, level: int) -> Columns:
         """How the vertices that are new at a level move the samples."""
@@ -91,10 +93,16 @@ class TwoWay:
         return samples._replace(distance=distance)
 
     def _areas(self, X: np.ndarray) -> np.ndarray:
-        """A third of the area of the faces at each edge, in the order of the samples."""
+        """The area of the faces at each edge, (e,)."""
         finest = self.surface.hierarchy[-1]
         area = np.repeat(TriMesh(X, finest.F).face_areas(), 3)
-        return np.bincount(finest.edge_of, area, len(finest.edges))[self.order]
+        return np.bincount(finest.edge_of, area, len(finest.edges))
+
+    def tree(self, X: np.ndarray) -> ClosestPoints:
+        """The finest level with vertices X (n, 3), ready for queries; the last one is kept."""
+        if self._tree is None or not np.array_equal(self._tree[0], X):
+            self._tree = X, ClosestPoints(TriMesh(X, self.surface.hierarchy[-1].F))
+        return self._tree[1]
 
 
 def _barycentric(corners: np.ndarray, P: np.ndarray) -> np.ndarray:
