@@ -107,7 +107,7 @@ def main() -> None:
     parser.add_argument("--bytes", type=int, default=BUDGET)
     parser.add_argument("--refine-steps", type=int, help="of our codec")
     parser.add_argument("--out", type=Path, default=FOLDER)
-    parser.set_defaults(quick=False, limit=None)  # of `options.meshes`: all of the set
+    parser.set_defaults(quick=False, limit=None, min_faces=0)  # of `options.meshes`: all of the set
     o = parser.parse_args()
     import torch
 
