@@ -49,8 +49,8 @@ def _degree_of(boundary, name):
 def _surroundings(boundary, around, a, b):
     """What is known about the gate from node a to node b: missing faces and degrees, into `around`, see `degree_coding`."""
     name, missing = boundary.name, boundary.missing
-    around[0], around[1] = missing[a], missing[b]
-    around[2], around[3] = missing[boundary.before[a]], missing[boundary.after[b]]
+    around[0], around[1] = max(missing[a], 1), max(missing[b], 1)
+    around[2], around[3] = max(missing[boundary.before[a]], 1), max(missing[boundary.after[b]], 1)
     around[4], around[5] = _degree_of(boundary, name[a]), _degree_of(boundary, name[b])
     around[6] = _degree_of(boundary, boundary.apex[a])
     around[7] = boundary.state[LENGTH]
