@@ -37,7 +37,7 @@ def new_mixer(weights: np.ndarray, contexts: int, slots: int, limit: int = 255) 
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream.mixing import new_mixer
-    >>> new_mixer(np.zeros((1, 4), np.int64), contexts=10, slots=2).opinions.tolist()  # one of the caller's, two contexts, bias
+    >>> new_mixer(np.zeros((1, 4), np.int64), contexts=10, slots=2).opinions.tolist()  # one opinion, two contexts, bias
     [0, 0, 0, 256]
     """
     opinions = np.zeros(weights.shape[1], np.int64)

@@ -29,8 +29,8 @@ class Candidates(NamedTuple):
     """Candidates of one vertex. All int64.
 
     places (3, 8): by axis; shares (8,); served (4, 8): shares that served so far, by class; chances (8,): room;
-    weights (4, 5), features (5,): of the spread's logarithm; numbers (3,): candidates, logarithm of the spread, and 2^32 over the
-    spread.
+    weights (4, 5), features (5,): of the spread's logarithm; numbers (3,): candidates, logarithm of the spread, and 2^32 over
+    the spread.
     """
 
     places: np.ndarray
@@ -44,8 +44,9 @@ class Candidates(NamedTuple):
 
 def new_candidates(served: np.ndarray, weights: np.ndarray) -> Candidates:
     """Room for candidates that begin with these shares (4, 8) and weights (4, 5)."""
-    return Candidates(np.zeros((3, MOST_CANDIDATES), np.int64), np.zeros(MOST_CANDIDATES, np.int64), served.copy(),
-                      np.zeros(MOST_CANDIDATES, np.int64), weights.copy(), np.zeros(FEATURES, np.int64), np.zeros(3, np.int64))
+    shares, chances = np.zeros((2, MOST_CANDIDATES), np.int64)
+    return Candidates(np.zeros((3, MOST_CANDIDATES), np.int64), shares, served.copy(), chances, weights.copy(),
+                      np.zeros(FEATURES, np.int64), np.zeros(3, np.int64))
 
 
 @njit

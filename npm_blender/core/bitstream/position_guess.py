@@ -54,8 +54,8 @@ class Guess(NamedTuple):
 def new_guess(weights: np.ndarray) -> Guess:
     """Room for predictions that begin with these weights (2, 9, 10)."""
     size = np.full(2, 16 << 8, np.int64)
-    return Guess(weights.copy(), np.zeros((VECTORS, 3), np.int64), np.zeros((PREDICTORS, 3), np.int64), np.zeros(3, np.int64),
-                 size, np.zeros(1, np.int64))
+    vectors, means = np.zeros((VECTORS, 3), np.int64), np.zeros((PREDICTORS, 3), np.int64)
+    return Guess(weights.copy(), vectors, means, np.zeros(3, np.int64), size, np.zeros(1, np.int64))
 
 
 @njit(inline="always")

@@ -26,7 +26,7 @@ _PREDICTION = (
     158, 199, 13, 133, -96, -6, -175, 6, -50, -38,
     147, 270, 15, 175, -77, -45, -1, 3, -3, -174,
 )
-# weights of the spreads: by number of flaps (0 to 3), predictor, in the plane and along the normal; a column for each feature
+# weights of the spreads: by number of flaps (0 to 3), predictor, in the plane and along the normal; a column a feature
 _SPREAD = (
     -190, 0, 51, 0, 0, 0, 0, 0, 0, 0, 0, 0,
     -768, 0, 0, 102, 0, 0, 0, 0, 0, 0, 0, 0,

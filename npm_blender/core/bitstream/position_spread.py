@@ -41,8 +41,8 @@ class Spread(NamedTuple):
     """Spreads of one vertex. All int64.
 
     weights (4, 2, 2, 12): by class, predictor, in the plane and along the normal, 16.16; features (12,); class_ (1,);
-    logs (2, 2): spreads by predictor, in the plane and along the normal; excess (2,): sum of squares of the coordinates so far,
-    each over its spread, times 256.
+    logs (2, 2): spreads by predictor, in the plane and along the normal; excess (2,): sum of squares of the coordinates so
+    far, each over its spread, times 256.
     """
 
     weights: np.ndarray

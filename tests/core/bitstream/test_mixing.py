@@ -3,7 +3,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from npm_blender.core.bitstream.mixing import code_mixed, new_mixer
-from npm_blender.core.bitstream.range_coder import finish_encoding, new_contexts, new_weights, range_decoder, range_encoder
+from npm_blender.core.bitstream.range_coder import (
+    finish_encoding,
+    new_contexts,
+    new_weights,
+    range_decoder,
+    range_encoder,
+)
 
 
 def mixer():
