@@ -38,7 +38,7 @@ FINEST, FINER = 260_000, 12     # faces of the finest level at most, in all and 
 STAGES = 14                     # at most
 CHECKED = 20_000                # samples each way that errors are measured with
 BETTER = 0.98                   # a stage that leaves more than this of the error ends the stream
-SAME = 1.02                     # errors that differ by less are the same: samples
+SAME, NOT_WORSE = 1.01, 1.04                     # errors of one level, and of two, that differ by less are the same: samples
 LEAST_ERROR = 2e-6              # nobody sees less
 LEAST_BITS, MOST_BITS = 7, 20   # of a coordinate of the base
 ROUNDED = 1.1                   # the error of a rounded base over that of the free one
@@ -177,13 +177,16 @@ class Stages:
             moves = np.zeros(int(first[-1]))
             if k:
                 moves += self.values[k - 1] * np.repeat(self.coding(self.step, 1, 0).steps(surface.levels, k - 1), np.diff(first))
+            X = surface.build(self.base.V0, moves).X
             for level in range(surface.levels):
-                V = surface.shown(self.base.V0, moves, level)
-                errors[k, level] = self.target.source.error(TriMesh(V, surface.hierarchy[level].F), CHECKED // 2)
+                shown = TriMesh(surface.shown_of(X, level), surface.hierarchy[level].F)
+                errors[k, level] = self.target.source.error(shown, CHECKED // 2)
         self.ends = tuple(_falling(errors[:, level]) for level in range(surface.levels))
         for level, end in enumerate(self.ends):
             errors[end:, level] = errors[end, level]
-        fine = (errors[:, 1:] <= SAME * errors[:, :-1]).all(0)
+        if not surface.smooth:  # without numbers, all levels are the same surface
+            errors[0] = errors[0, 0]
+        fine = (errors[:, 1:] <= NOT_WORSE * errors[:, :-1]).all(0)
         return surface.levels if fine.all() else int(np.argmin(fine))
 
     def leave_out(self, finest: int) -> None:
