@@ -47,7 +47,7 @@ class EncodedBase(NamedTuple):
     >>> V0, F0 = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]])
     >>> base = EncodedBase(F0, encode_connectivity(F0), encode_positions(V0, F0))
     >>> len(base.connectivity)
-    3
+    5
     """
 
     F0: np.ndarray
@@ -65,7 +65,7 @@ def encode_base(grid: np.ndarray, F0: np.ndarray, connectivity: bytes | None = N
     >>> from npm_blender.core.bitstream import encode_base
     >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]]))
     >>> len(base.connectivity)
-    3
+    5
     """
     return EncodedBase(F0, encode_connectivity(F0) if connectivity is None else connectivity, encode_positions(grid, F0))
 
