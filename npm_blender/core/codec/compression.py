@@ -3,8 +3,6 @@
 import warnings
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from ..bitstream import order_connectivity
 from ..cleaning import clean
 from ..decimation import decimate, needs_compiling
@@ -14,14 +12,14 @@ from ..mesh import TriMesh, hierarchy
 from ..network import load_weights
 from ..progress import Progress, no_progress, noted
 from ..settings import PAPER, PAPER_FACES, PAPER_LEVELS, CompressSettings, LodSettings
-from .displaced_sender import FreeBase, Target, default_faces, staged
+from .displaced_sender import Target, checked, default_faces
 from .paper_sender import PaperSender, Sequence
 from .size_search import best_for
 from .source_facts import SourceFacts, in_frame, lattice_frame
 from .stage_clock import StageClock
 
 COMPILING = "first run: compiling takes up to a minute"
-SHARES = {"clean": 1, "fit": 2, "details": 6, "write": 0.2}  # of the progress bar
+SHARES = {"clean": 1, "fit": 8, "write": 0.2}  # of the progress bar
 PAPER_SHARES = {"clean": 1, "decimate": 2, "levels": 1, "encode": 1, "order": 0.5, "write": 0.5}
 MOST_BYTES = 40_000  # of a stream that is not made for a size
 
@@ -29,7 +27,7 @@ MOST_BYTES = 40_000  # of a stream that is not made for a size
 @dataclass(frozen=True)
 class CompressReport:
     """What happened. faces: of the source; bytes: of the stream; features: sent; cleaning: one line; messages: what the
-    user should know; seconds: by stage (clean, fit, details, write).
+    user should know; seconds: by stage (clean, fit, write).
 
     >>> from npm_blender.core.codec import CompressReport
     >>> report = CompressReport(1280, 80, 2, 900, 120, "nothing to repair", (), {"clean": 0.25, "write": 0.5})
@@ -107,19 +105,18 @@ class _Sent:
 def _displaced(unit: TriMesh, facts: SourceFacts, settings: CompressSettings, clock: StageClock) -> _Sent:
     """The stream of a displaced surface."""
     with clock.stage("fit") as report:
-        report(0.0, "Fitting the base")
+        report(0.0, "Fitting")
         target = Target(unit, facts)
         if settings.budget:
             made = best_for(target, settings, report)
             return _Sent(made.data, made.features, len(made.base.surface.F0), made.base.surface.levels, "")
-        free = FreeBase(target, default_faces(target, settings.lod.base_faces), settings.lod.levels, report)
-        base = free.rounded(settings.position_bits)
-    with clock.stage("details") as report:
-        stages = staged(target, base, MOST_BYTES, report)
+        lod = settings.lod
+        stages, message = checked(target, lod.base_faces or default_faces(target), lod.levels, settings.position_bits, MOST_BYTES,
+                                  report)
     with clock.stage("write") as report:
         report(0.0, "Writing")
-        data, count = stages.stream(np.array(stages.values) if stages.values else stages.nothing(), stages.step)
-    return _Sent(data, count, len(base.surface.F0), base.surface.levels, free.message)
+        data, count = stages.stream(stages.table, stages.step)
+    return _Sent(data, count, len(stages.base.surface.F0), stages.base.surface.levels, message)
 
 
 def _paper(unit: TriMesh, facts: SourceFacts, settings: CompressSettings, clock: StageClock) -> _Sent:

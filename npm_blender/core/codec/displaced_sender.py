@@ -22,7 +22,7 @@ from ..decimation import decimate
 from ..displacement import SMOOTHEST, DisplacedSurface
 from ..fitting import DetailFit, Rounding, Source, StageFit, TwoWay, default_rate, fit_base
 from ..mesh import TriMesh
-from ..progress import Progress, no_progress
+from ..progress import Progress, no_progress, part
 from ..settings import AUTO
 from .source_facts import SourceFacts
 
@@ -32,10 +32,11 @@ SCHEMES = (0, SMOOTHEST // 2, SMOOTHEST)
 TRIED_LEVELS = 2                # at which a base is fitted and schemes are compared
 AIM, TRIES = 0.99, 3            # of a budget, and how often it is aimed at
 DEFAULT_FACES = 800             # of a base: about 0.8 kB
-FINEST = 260_000                # faces at most
+FINEST, FINER = 260_000, 12     # faces of the finest level at most, in all and over those of the source
 STAGES = 14                     # at most
 CHECKED = 20_000                # samples each way that errors are measured with
 BETTER = 0.98                   # a stage that leaves more than this of the error ends the stream
+SAME = 1.003                    # errors that differ by less are the same: samples
 LEAST_ERROR = 2e-6              # nobody sees less
 LEAST_BITS, MOST_BITS = 7, 20   # of a coordinate of the base
 ROUNDED = 1.1                   # the error of a rounded base over that of the free one
@@ -74,20 +75,21 @@ class Target:
 def levels_for(faces: int, source_faces: int, most: int = 4) -> int:
     """Levels over a base of so many faces: up to `most`, as long as the finest is not much finer than the source."""
     count = most
-    while count > 1 and (faces * 4**count > max(8 * source_faces, 20_000) or faces * 4**count > FINEST):
+    while count > 1 and (faces * 4**count > max(FINER * source_faces, 20_000) or faces * 4**count > FINEST):
         count -= 1
     return count
 
 
-def default_faces(target: Target, asked: int) -> int:
-    """Faces of the base of a stream for all sizes: those asked for, or DEFAULT_FACES."""
-    return asked or min(DEFAULT_FACES, len(target.mesh.F))
+def default_faces(target: Target) -> int:
+    """Faces of the base of a stream for all sizes."""
+    return min(DEFAULT_FACES, len(target.mesh.F))
 
 
 class FreeBase:
     """A base that is fitted to a target, under that of the schemes whose surface without details is nearest."""
 
-    def __init__(self, target: Target, faces: int, levels: int, progress: Progress = no_progress, room: bool = True) -> None:
+    def __init__(self, target: Target, faces: int, levels: int, progress: Progress = no_progress, room: bool = True,
+                 schemes: tuple[int, ...] = SCHEMES) -> None:
         """faces: about so many; levels: AUTO for as many as suit them; room: as in `decimate`."""
         self.target = target
         decimation = decimate(target.mesh, faces, 0, progress, room)
@@ -97,7 +99,7 @@ class FreeBase:
         self.faces = order.F
         levels = levels_for(len(order.F), len(target.mesh.F)) if levels == AUTO else levels
         best = None
-        for smooth in SCHEMES if levels > 0 else (0,):
+        for smooth in schemes if levels > 0 else (0,):
             fit = TwoWay(target.source, DisplacedSurface(order.F, n0, min(max(levels, 0), TRIED_LEVELS), smooth))
             none = np.zeros(int(fit.surface.first[-1]))
             # the source itself needs no fit
@@ -155,6 +157,30 @@ class Stages:
         self.errors.append(error)
         return error / max(self.errors[-2], 1e-12)
 
+    def finest_that_helps(self) -> int:
+        """The finest level up to which no level is farther off than the one below, after the first stage and after all."""
+        surface, first = self.base.surface, self.base.surface.first
+        finest = surface.levels
+        for stage in sorted({0, len(self.values) - 1}) if self.values else []:
+            steps = self.coding(self.step, 1, 0).steps(surface.levels, stage)
+            X = surface.build(self.base.V0, self.values[stage] * np.repeat(steps, np.diff(first))).X
+            before = np.inf
+            for level in range(finest + 1):
+                error = self.target.source.error(TriMesh(X[level], surface.hierarchy[level].F), CHECKED)
+                if error > SAME * before:
+                    finest = level - 1
+                    break
+                before = error
+        return finest
+
+    def leave_out(self, finest: int) -> None:
+        """Levels above `finest`, with their numbers."""
+        base = self.base
+        n = int(base.surface.first[finest + 1])
+        surface = DisplacedSurface(base.surface.F0, base.surface.n0, finest, base.surface.smooth)
+        self.base, self.near = replace(base, surface=surface), self.near[:n]
+        self.values = [value[:n] for value in self.values]
+
     def payload(self) -> bytes:
         """The bytes of all stages."""
         return encode_displacements(np.array(self.values), self.near, self.base.surface.first)[0]
@@ -209,6 +235,11 @@ class Stages:
             shift -= max(1, int(np.ceil(STEP_UNIT * np.log2(len(now.data) / budget) * 1.3)))
         return best
 
+    @property
+    def table(self) -> np.ndarray:
+        """All stages (stages, n)."""
+        return np.array(self.values) if self.values else self.nothing()
+
     def nothing(self) -> np.ndarray:
         """A table without stages."""
         return np.zeros((0, len(self.near)), np.int64)
@@ -238,3 +269,20 @@ def staged(target: Target, base: FittedBase, most: int, progress: Progress = no_
     while out.values and out.errors[-1] == out.errors[-2]:
         del out.values[-1], out.errors[-1]
     return out
+
+
+def checked(target: Target, faces: int, levels: int, bits: int, most: int, progress: Progress = no_progress) -> tuple[Stages, str]:
+    """A base of about so many faces with stages, of which no finer level is farther off than a coarser one; and a message.
+
+    Where a smooth scheme breaks that (large flat faces), new vertices are midpoints, which change nothing by themselves; where
+    details do, the levels that are farther off are left out.
+    """
+    for schemes in (SCHEMES, SCHEMES[:1]):
+        free = FreeBase(target, faces, levels, part(progress, 0, 0.3), schemes=schemes)
+        stages = staged(target, free.rounded(bits), most, part(progress, 0.3, 1))
+        finest = stages.finest_that_helps()
+        if finest == stages.base.surface.levels or not stages.base.surface.smooth:
+            break
+    if finest < stages.base.surface.levels:
+        stages.leave_out(finest)
+    return stages, free.message
