@@ -15,7 +15,7 @@ from .conftest import bumpy_sphere
 
 BASE, LEVELS = 100, 2
 SETTINGS = ("--base-faces", BASE, "--levels", LEVELS)
-STAGES = {"read", "clean", "fit", "details", "write"}
+STAGES = {"read", "clean", "fit", "write"}
 
 
 @pytest.fixture(scope="module")
