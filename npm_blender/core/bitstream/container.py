@@ -84,7 +84,8 @@ def _body(header: Header, base: EncodedBase) -> bytes:
         head += [bytes([len(name)]), name, coding.weights_hash, bytes([coding.channels]),
                  np.array(coding.steps, "<f4").tobytes()]
     else:
-        head += [write_varint(coding.step), bytes([coding.growth, coding.stages]), write_varint(coding.payload)]
+        head += [write_varint(coding.step), bytes([coding.growth, coding.stages]), write_varint(coding.payload),
+                 bytes(coding.ends)]
     head += [*map(write_varint, (len(base.connectivity), len(base.positions)))]
     said = b"".join(head)
     body = said + (crc32(said) & 0xFFFF).to_bytes(2, "big") + base.connectivity + base.positions
@@ -224,7 +225,7 @@ def _header_fields(data: bytes) -> tuple[Header, int, int, int]:
         (length,) = take(1)
         latent = take(length).decode("ascii", "replace"), take(8), take(1)[0], np.frombuffer(take(4 * levels), "<f4")
     else:
-        displaced = shape & 15, number(), *take(2), number()
+        displaced = shape & 15, number(), *take(2), number(), tuple(take(levels))
     sizes = number(), number()
     head = at
     if int.from_bytes(take(2), "big") != crc32(data[:head]) & 0xFFFF:

@@ -21,7 +21,7 @@ class DisplacedCoding:
 
     smooth: of the subdivision scheme, 0..SMOOTHEST; step: the step of level 0 in the first stage is 2**(-step / STEP_UNIT), unit
     frame; growth: the step of each level is growth / GROWTH_UNIT times that of the level below; stages: each halves the steps;
-    payload: bytes of all numbers.
+    payload: bytes of all numbers; ends: of each level but the finest, the number of stages after which it stays as it is.
 
     >>> from npm_blender.core.bitstream import DisplacedCoding
     >>> DisplacedCoding(smooth=8, step=128, growth=32, stages=2, payload=0).steps(levels=2, stage=1).tolist()
@@ -33,8 +33,11 @@ class DisplacedCoding:
     growth: int
     stages: int
     payload: int
+    ends: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "ends", tuple(int(end) for end in self.ends))
+        check_header(all(0 <= end <= MAX_STAGES for end in self.ends), f"levels of at most {MAX_STAGES} stages", self.ends)
         check_header(0 <= self.smooth <= SMOOTHEST, f"a smoothness of 0 to {SMOOTHEST}", self.smooth)
         check_header(0 <= self.step < 1 << 10, "a step of 0 to 1023", self.step)
         check_header(1 <= self.growth <= 64, "a growth of 1 to 64", self.growth)
@@ -82,7 +85,7 @@ class Header:
     features. Raises StreamError if a field is out of range.
 
     >>> from npm_blender.core.bitstream import DisplacedCoding, Header
-    >>> coding = DisplacedCoding(smooth=8, step=128, growth=22, stages=0, payload=0)
+    >>> coding = DisplacedCoding(smooth=8, step=128, growth=22, stages=0, payload=0, ends=(0, 0))
     >>> Header(levels=2, position_bits=8, total_features=0, source_faces=1280, source_vertices=642, low=(0, 0, 0), size=2,
     ...        coding=coding).frame.to_object(0.5)
     array([1., 1., 1.])
@@ -108,8 +111,8 @@ class Header:
                      f"at most {MAX_SOURCE} source faces and vertices", (self.source_faces, self.source_vertices))
         check_header(len(self.low) == 3 and all(map(math.isfinite, self.low)) and 0 < self.size < math.inf,
                      "a finite corner and a positive size", (self.low, self.size))
-        if isinstance(self.coding, LatentCoding):
-            check_header(len(self.coding.steps) == self.levels, "one step per level", self.coding.steps)
+        said = self.coding.steps if isinstance(self.coding, LatentCoding) else self.coding.ends
+        check_header(len(said) == self.levels, "one entry per level", said)
 
     @property
     def frame(self) -> UnitFrame:

@@ -22,6 +22,8 @@ class DisplacedDecoder:
         self._stage, self._first = stage, self._surface.first[level]
         sizes = np.diff(self._surface.first)[level]
         self._begin = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+        # numbers after which a level stays as it is
+        self._most = [int(self._begin[np.searchsorted(stage, end)]) for end in (*coding.ends, coding.stages)]
 
     @property
     def levels(self) -> list[Level]:
@@ -38,9 +40,9 @@ class DisplacedDecoder:
         """Numbers in the first features: a feature is one."""
         return features
 
-    def vertices(self, features: int, level: int) -> list[np.ndarray]:
-        """Vertices (n_i, 3) float64 of levels 0..level with the first numbers, unit frame."""
-        return self._surface.build(self._V0, self._moves(features), level).X
+    def vertices(self, features: int, level: int) -> np.ndarray:
+        """Vertices (n, 3) float64 of a level with the first numbers, unit frame."""
+        return self._surface.shown(self._V0, self._moves(min(features, self._most[level])), level)
 
     def _moves(self, features: int) -> np.ndarray:
         """How far each vertex (n,) moves."""

@@ -29,14 +29,15 @@ from .source_facts import SourceFacts
 GROWTH = 22                     # steps from level to level, over GROWTH_UNIT
 STEP_UNIT = 16
 SCHEMES = (0, SMOOTHEST // 2, SMOOTHEST)
-TRIED_LEVELS = 2                # at which a base is fitted and schemes are compared
+TRIED_LEVELS, FITTED_LEVELS = 2, 3  # at which schemes are compared, and the base of the best is fitted
+PASSES = 4                      # of a fit
 AIM, TRIES = 0.99, 3            # of a budget, and how often it is aimed at
 DEFAULT_FACES = 800             # of a base: about 0.8 kB
 FINEST, FINER = 260_000, 12     # faces of the finest level at most, in all and over those of the source
 STAGES = 14                     # at most
 CHECKED = 20_000                # samples each way that errors are measured with
 BETTER = 0.98                   # a stage that leaves more than this of the error ends the stream
-SAME = 1.003                    # errors that differ by less are the same: samples
+SAME = 1.02                     # errors that differ by less are the same: samples
 LEAST_ERROR = 2e-6              # nobody sees less
 LEAST_BITS, MOST_BITS = 7, 20   # of a coordinate of the base
 ROUNDED = 1.1                   # the error of a rounded base over that of the free one
@@ -103,12 +104,17 @@ class FreeBase:
             fit = TwoWay(target.source, DisplacedSurface(order.F, n0, min(max(levels, 0), TRIED_LEVELS), smooth))
             none = np.zeros(int(fit.surface.first[-1]))
             # the source itself needs no fit
-            V = V0 if len(order.F) == len(target.mesh.F) and not smooth else fit_base(fit, V0, none)
+            V = V0 if len(order.F) == len(target.mesh.F) and not smooth else fit_base(fit, V0, none, PASSES)
             error = target.error(fit.surface, V, none)
             if best is None or error < best[0]:
                 best = error, fit, V
         assert best is not None
         self.error, self._fit, V0 = best
+        if levels > TRIED_LEVELS:
+            self._fit = TwoWay(target.source, DisplacedSurface(order.F, n0, min(levels, FITTED_LEVELS), self._fit.surface.smooth))
+            none = np.zeros(int(self._fit.surface.first[-1]))
+            V0 = fit_base(self._fit, V0, none, PASSES)
+            self.error = target.error(self._fit.surface, V0, none)
         self._rounding = Rounding(self._fit, V0, np.zeros(int(self._fit.surface.first[-1])))
         self.surface = DisplacedSurface(order.F, n0, max(levels, 0), self._fit.surface.smooth)
 
@@ -132,12 +138,14 @@ class Stages:
         self.fit = DetailFit(target.source, base.surface, self.near)
         self.step = int(np.clip(round(-STEP_UNIT * np.log2(FIRST_STEP * max(base.error, LEAST_ERROR))), 0, 1023))
         self.values: list[np.ndarray] = []
+        self.ends: tuple[int, ...] = ()
         self.errors = [base.error]
         self._last: StageFit | None = None
 
     def coding(self, step: int, stages: int, payload: int) -> DisplacedCoding:
         """Of a stream whose first stage has `step`."""
-        return DisplacedCoding(self.base.surface.smooth, step, GROWTH, stages, payload)
+        ends = self.ends or (stages,) * self.base.surface.levels
+        return DisplacedCoding(self.base.surface.smooth, step, GROWTH, stages, payload, ends)
 
     def error(self, value: np.ndarray, steps: np.ndarray) -> float:
         """How far integers (n,) with steps (levels + 1,) leave the finest level from the source."""
@@ -157,21 +165,24 @@ class Stages:
         self.errors.append(error)
         return error / max(self.errors[-2], 1e-12)
 
-    def finest_that_helps(self) -> int:
-        """The finest level up to which no level is farther off than the one below, after the first stage and after all."""
+    def settle(self) -> int:
+        """Decide after which stage each level but the finest stays as it is, so that more numbers are never farther off; and
+        return the finest level up to which none is farther off than the one below."""
         surface, first = self.base.surface, self.base.surface.first
-        finest = surface.levels
-        for stage in sorted({0, len(self.values) - 1}) if self.values else []:
-            steps = self.coding(self.step, 1, 0).steps(surface.levels, stage)
-            X = surface.build(self.base.V0, self.values[stage] * np.repeat(steps, np.diff(first))).X
-            before = np.inf
-            for level in range(finest + 1):
-                error = self.target.source.error(TriMesh(X[level], surface.hierarchy[level].F), CHECKED)
-                if error > SAME * before:
-                    finest = level - 1
-                    break
-                before = error
-        return finest
+        errors = np.empty((len(self.values) + 1, surface.levels + 1))
+        errors[:, -1] = self.errors
+        for k in range(len(errors)):
+            moves = np.zeros(int(first[-1]))
+            if k:
+                moves += self.values[k - 1] * np.repeat(self.coding(self.step, 1, 0).steps(surface.levels, k - 1), np.diff(first))
+            for level in range(surface.levels):
+                V = surface.shown(self.base.V0, moves, level)
+                errors[k, level] = self.target.source.error(TriMesh(V, surface.hierarchy[level].F), CHECKED // 2)
+        self.ends = tuple(_falling(errors[:, level]) for level in range(surface.levels))
+        for level, end in enumerate(self.ends):
+            errors[end:, level] = errors[end, level]
+        fine = (errors[:, 1:] <= SAME * errors[:, :-1]).all(0)
+        return surface.levels if fine.all() else int(np.argmin(fine))
 
     def leave_out(self, finest: int) -> None:
         """Levels above `finest`, with their numbers."""
@@ -179,7 +190,7 @@ class Stages:
         n = int(base.surface.first[finest + 1])
         surface = DisplacedSurface(base.surface.F0, base.surface.n0, finest, base.surface.smooth)
         self.base, self.near = replace(base, surface=surface), self.near[:n]
-        self.values = [value[:n] for value in self.values]
+        self.values, self.ends = [value[:n] for value in self.values], self.ends[:finest]
 
     def payload(self) -> bytes:
         """The bytes of all stages."""
@@ -245,6 +256,17 @@ class Stages:
         return np.zeros((0, len(self.near)), np.int64)
 
 
+def _falling(errors: np.ndarray) -> int:
+    """The place up to which errors (k,) fall, or nearly stay."""
+    least, end = errors[0], 0
+    for k in range(1, len(errors)):
+        if errors[k] > SAME * least:
+            break
+        if errors[k] <= least:
+            least, end = errors[k], k
+    return end
+
+
 @dataclass(frozen=True)
 class Made:
     """A stream: data; features: its numbers; error: the worse way, unit frame; base: what it is made on."""
@@ -280,7 +302,7 @@ def checked(target: Target, faces: int, levels: int, bits: int, most: int, progr
     for schemes in (SCHEMES, SCHEMES[:1]):
         free = FreeBase(target, faces, levels, part(progress, 0, 0.3), schemes=schemes)
         stages = staged(target, free.rounded(bits), most, part(progress, 0.3, 1))
-        finest = stages.finest_that_helps()
+        finest = stages.settle()
         if finest == stages.base.surface.levels or not stages.base.surface.smooth:
             break
     if finest < stages.base.surface.levels:

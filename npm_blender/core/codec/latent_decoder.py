@@ -37,8 +37,8 @@ class LatentDecoder:
         """Numbers in the first features (paper section 4.1 counts them for CR)."""
         return FEATURES * features
 
-    def vertices(self, features: int, level: int) -> list[np.ndarray]:
-        """Vertices (n_i, 3) of levels 0..level with the first latents, unit frame."""
+    def vertices(self, features: int, level: int) -> np.ndarray:
+        """Vertices (n, 3) of a level with the first latents, unit frame."""
         groups = np.bincount(self._level[:features], minlength=len(self._steps))
         out = [self._V0]
         for i in range(level):
@@ -50,7 +50,7 @@ class LatentDecoder:
                 step = predict(NUMPY, self._params, i, out[i], below, self._latents(features, i), self._meshes[i])
                 known = self._steps[i] = seen, step._replace(hidden=self._handed_down(i, step.hidden))
             out.append(known[1].vertices(NUMPY, None))
-        return out
+        return out[-1]
 
     def _handed_down(self, level: int, hidden: np.ndarray) -> np.ndarray | None:
         """What the step from `level` leaves for the next one, if there is one."""

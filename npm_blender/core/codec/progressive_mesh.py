@@ -47,7 +47,7 @@ class ProgressiveMesh:
         self.stops = (0, *(k for k in self._decoder.stops if 0 < k < self.features), *([self.features] if self.features else []))
         self._end_features, self._end_bytes = stream.ends
         self._levels = self._decoder.levels
-        self._cache: OrderedDict[int, list[np.ndarray]] = OrderedDict()
+        self._cache: OrderedDict[tuple[int, int], np.ndarray] = OrderedDict()
 
     @property
     def shortfall(self) -> str:
@@ -91,15 +91,15 @@ class ProgressiveMesh:
         return TriMesh(self.decode_positions(features, level), self.level_faces(level))
 
     def _unit_positions(self, features: int, level: int) -> np.ndarray:
-        """Cached decode. It passes all coarser levels on its way, so they are kept with it."""
-        found = self._cache.get(features, [])
-        if len(found) <= level:
+        """Vertices (n, 3) of a level, unit frame; the last decodes are kept."""
+        found = self._cache.get((features, level))
+        if found is None:
             found = self._decoder.vertices(features, level)
-        self._cache[features] = found
-        self._cache.move_to_end(features)
+        self._cache[features, level] = found
+        self._cache.move_to_end((features, level))
         while len(self._cache) > CACHED:
             self._cache.popitem(last=False)
-        return found[level]
+        return found
 
     def _checked_level(self, level: int | None) -> int:
         level = self.levels if level is None else level

@@ -4,13 +4,17 @@ Candidates are displaced surfaces over bases of a few sizes, and plain bases wit
 best. All are made, measured the worse way, and compared.
 """
 from collections.abc import Callable, Iterator
+import numpy as np
+
+from ..bitstream import encode_base, order_connectivity
+from ..decimation import decimate
 from ..errors import SettingsError
 from ..settings import AUTO, CompressSettings
 from .displaced_sender import FreeBase, Made, Stages, Target, levels_for
 
 HEAD = 50                       # bytes of a stream that are neither base nor details
 PLAIN = -1                      # levels of a plain base
-FULL = 0.985                    # of the budget, what is full
+FULL, AIM, TRIES = 0.975, 0.99, 3  # of the budget: what is full, what is aimed at, how often
 PLAIN_BITS = (8, 9, 10, 11, 12, 13, 14)
 BYTES_PER_FACE = 1.15           # of a base, about
 FEWEST = 12
@@ -55,11 +59,11 @@ def _candidates(target: Target, settings: CompressSettings) -> Iterator[Callable
 
 def _plain(target: Target, settings: CompressSettings) -> Made | None:
     """A base without levels that fills the budget, with the bits that suit it."""
-    budget, asked = settings.budget, settings.lod.base_faces
-    faces = asked or min(max(int((budget - HEAD) / BYTES_PER_FACE), FEWEST), len(target.mesh.F))
-    best: Made | None = None
+    budget, asked, most = settings.budget, settings.lod.base_faces, len(target.mesh.F)
     tries = [settings.position_bits] if settings.position_bits else PLAIN_BITS
-    for _ in range(4):
+    faces = asked or min(max(int((budget - HEAD) / BYTES_PER_FACE), FEWEST), most)
+    best: Made | None = None
+    for attempt in range(TRIES):
         free = FreeBase(target, faces, PLAIN, room=bool(asked))
         options = []
         for bits in tries:
@@ -70,11 +74,33 @@ def _plain(target: Target, settings: CompressSettings) -> Made | None:
             # the error that as many faces as fill the budget would leave
             options.append((made.error * (1 if asked else size / budget), size, bits))
         _, size, bits = min(options)
-        if asked or (size <= budget and (size > FULL * budget or faces == len(target.mesh.F))):
+        if asked or (size <= budget and (size > FULL * budget or faces == most)):
             break
         tries = [bits]
-        faces = min(max(int(faces * 0.99 * budget / size), FEWEST), len(target.mesh.F))
+        faces = _faces_that_fill(target, budget, bits, faces, size)
     return best
+
+
+def _faces_that_fill(target: Target, budget: int, bits: int, faces: int, size: int) -> int:
+    """Faces whose base takes about AIM of the budget, where so many took `size`; by bases that are not fitted."""
+    known = scale = None
+    for _ in range(TRIES):
+        sized = _unfitted_size(target, faces, bits)
+        if known is None:
+            known, scale = sized, size / sized  # what the fit changes
+        now = sized * scale
+        if 0.98 * budget < now < 0.998 * budget or (now < budget and faces == len(target.mesh.F)):
+            break
+        faces = min(max(int(faces * AIM * budget / now), FEWEST), len(target.mesh.F))
+    return faces
+
+
+def _unfitted_size(target: Target, faces: int, bits: int) -> int:
+    """Bytes of a stream of a base as decimation leaves it."""
+    decimation = decimate(target.mesh, faces, room=False)
+    order, connectivity = order_connectivity(decimation.F0, len(decimation.V0))
+    grid = np.rint(decimation.V0[order.vertices] * 2.0**bits).astype(np.int64)
+    return HEAD + len(connectivity) + len(encode_base(grid, order.F, connectivity).positions)
 
 
 def _whole(target: Target, free: FreeBase, bits: int) -> Made:

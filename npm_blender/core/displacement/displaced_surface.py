@@ -19,6 +19,9 @@ class SurfaceLevels(NamedTuple):
     N: list[np.ndarray]
 
 
+AHEAD = 2  # levels further, at which the vertices of a level are looked at, see `DisplacedSurface.shown`
+
+
 @dataclass(frozen=True)
 class DisplacedSurface:
     """Base faces F0 (m0, 3) over n0 vertices, subdivided `levels` times with `smooth` (see `stencils`)."""
@@ -52,6 +55,14 @@ class DisplacedSurface:
     def new_at(self, level: int) -> slice:
         """Vertices that are new at a level."""
         return slice(int(self.first[level]), int(self.first[level + 1]))
+
+    def shown(self, V0: np.ndarray, moves: np.ndarray, level: int) -> np.ndarray:
+        """Vertices (n_level, 3) of a level as it is shown: where they are AHEAD levels further.
+
+        A smooth scheme goes on moving them; on a coarse level, they are the corners of a cage round the surface.
+        """
+        further = min(level + AHEAD, self.levels) if self.smooth else level
+        return self.build(V0, moves, further).X[-1][: self.hierarchy[level].n]
 
     def build(self, V0: np.ndarray, moves: np.ndarray, level: int | None = None) -> SurfaceLevels:
         """Levels 0..level (None: the finest). V0 (n0, 3): base vertices; moves (n,): of each vertex along its normal at

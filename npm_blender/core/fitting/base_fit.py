@@ -6,7 +6,7 @@ from .two_way import TwoWay
 
 SPRING = 0.01  # of the mean curvature, which holds vertices where they are
 FLOOR = 2e-4  # distances below weigh no more
-PER_VERTEX, MOST = 36, 150_000  # samples each way
+PER_VERTEX, MOST = 36, 120_000  # samples each way
 SWEEPS, ROUNDINGS = 12, 4
 
 

@@ -20,6 +20,7 @@ DAMPING = 0.01  # of a level's mean curvature, against steps where nothing is kn
 PER_UNKNOWN, MOST = 12, 150_000  # samples each way
 TRADE = 0.06  # price of a bit, in squared steps of the finest level
 SWEEPS = 3
+BUSY = 0.1  # share of numbers of a level that are not zero, before the next level is looked at
 REACH = 0.2  # of the length of its parent edge: how far a vertex moves in a pass
 
 
@@ -77,9 +78,8 @@ class DetailFit:
         per_vertex = np.repeat(steps, np.diff(first))
         value, rate = start.value.copy(), start.rate
         mean, best = np.inf, value
-        top = max((i for i in range(levels + 1) if value[self.surface.new_at(i)].any()), default=0)
         for _ in range(passes):
-            top = min(max(top + 1, 1), levels)
+            top = self._top(value, levels)
             fit = self.two_way(min(top + 1, self.surface.levels))
             unknown = int(first[top + 1] - first[top])
             moves = (value * per_vertex)[: int(fit.surface.first[-1])]
@@ -96,10 +96,16 @@ class DetailFit:
                          rate.again, per_bit / scale)
                 changed = value[now] - before_level
                 if changed.any():
-                    top = max(top, level)
                     samples = fit.moved(samples, level, (changed * steps[level])[:, None] * at.N[level])
             rate = measured_rate(value, old, self.near, first)
         return StageFit(value, rate, mean)
+
+    def _top(self, value: np.ndarray, levels: int) -> int:
+        """The finest level that may have numbers: one more than those that are busy, and all that have some."""
+        share = [np.count_nonzero(value[now]) / (now.stop - now.start) for now in map(self.surface.new_at, range(levels + 1))]
+        some = max((i for i in range(levels + 1) if share[i]), default=0)
+        busy = next((i for i in range(1, levels + 1) if share[i] < BUSY), levels)
+        return max(some, busy)
 
     def _models(self, fit: TwoWay, samples: Samples, at: SurfaceLevels, steps: np.ndarray, top: int) -> list[Stencils]:
         """What the integers of levels 0..top do, each to as many samples as it needs."""

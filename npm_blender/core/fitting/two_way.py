@@ -100,8 +100,11 @@ class TwoWay:
 
     def tree(self, X: np.ndarray) -> ClosestPoints:
         """The finest level with vertices X (n, 3), ready for queries; the last one is kept."""
-        if self._tree is None or not np.array_equal(self._tree[0], X):
-            self._tree = X, ClosestPoints(TriMesh(X, self.surface.hierarchy[-1].F))
+        F = self.surface.hierarchy[-1].F
+        if self._tree is None:
+            self._tree = X, ClosestPoints(TriMesh(X, F))
+        elif not np.array_equal(self._tree[0], X):
+            self._tree = X, self._tree[1].moved(X, F)
         return self._tree[1]
 
 

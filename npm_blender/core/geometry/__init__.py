@@ -1,5 +1,5 @@
 """Queries on triangle meshes, compiled."""
-from .bvh import BVH_STACK, build_bvh
+from .bvh import BVH_STACK, build_bvh, refit_bvh
 from .closest_point import ClosestPoints
 from .disjoint_sets import find_root, unite
 from .face_orientation import (
@@ -45,6 +45,7 @@ __all__ = [
     "orientation_measures",
     "points_on",
     "prev_halfedge",
+    "refit_bvh",
     "sample",
     "trace_geodesic",
     "triangle_normal",

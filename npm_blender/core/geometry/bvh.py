@@ -70,6 +70,32 @@ def _bound(box, low, high, order, first, stop):
 
 
 @compiled
+def refit_bvh(corners, boxes, links):
+    """Boxes in place for triangles that moved: corners (m, 9), in the order of the tree; children come after their parents.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.geometry import build_bvh, refit_bvh
+    >>> corners = np.arange(8.0)[:, None] + np.array([0.0, 0, 0, 1, 0, 0, 0, 1, 0])
+    >>> boxes, links, order = build_bvh(corners)
+    >>> refit_bvh(corners[order] + 1, boxes, links)
+    >>> boxes[0].tolist()
+    [1.0, 1.0, 1.0, 9.0, 9.0, 8.0]
+    """
+    for node in range(len(boxes) - 1, -1, -1):
+        box = boxes[node]
+        if links[node, 1] == 0:
+            left, right = boxes[links[node, 0]], boxes[links[node, 0] + 1]
+            for x in range(3):
+                box[x], box[3 + x] = min(left[x], right[x]), max(left[3 + x], right[3 + x])
+            continue
+        box[:3], box[3:] = np.inf, -np.inf
+        for i in range(links[node, 0], links[node, 0] + links[node, 1]):
+            for k in range(9):
+                x = k % 3
+                box[x], box[3 + x] = min(box[x], corners[i, k]), max(box[3 + x], corners[i, k])
+
+
+@compiled
 def _half_area(box):
     x, y, z = box[3] - box[0], box[4] - box[1], box[5] - box[2]
     return x * y + y * z + z * x

@@ -3,7 +3,7 @@ import numpy as np
 
 from ..errors import MeshError
 from ..mesh import TriMesh, along_curve
-from .bvh import build_bvh, closest_in_bvh
+from .bvh import build_bvh, closest_in_bvh, refit_bvh
 
 
 class ClosestPoints:
@@ -26,6 +26,14 @@ class ClosestPoints:
         corners = mesh.V[mesh.F].reshape(-1, 9)
         self._boxes, self._links, self._order = build_bvh(corners)
         self._corners = corners[self._order]
+
+    def moved(self, V: np.ndarray, F: np.ndarray) -> "ClosestPoints":
+        """The same faces F (m, 3) with other vertices V (n, 3), in a fraction of the time; queries are as fast while the tree fits."""
+        out = ClosestPoints.__new__(ClosestPoints)
+        out._boxes, out._links, out._order = self._boxes.copy(), self._links, self._order
+        out._corners = V[F[self._order]].reshape(-1, 9)
+        refit_bvh(out._corners, out._boxes, out._links)
+        return out
 
     def closest(self, P: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Closest points on the surface to P (n, 3) float64, in the mesh's frame.
