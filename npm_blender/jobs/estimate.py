@@ -8,7 +8,7 @@ from ..core.errors import FileError
 from ..core.settings import AUTO, PAPER, PAPER_FACES, PAPER_LEVELS, CompressSettings
 
 AUTO_FACES, MOST_LEVELS = 800, 4  # of a displaced surface whose base and levels are chosen, about
-FINEST, FINER = 260_000, 8        # its finest level has at most so many faces, and so many times those of the source
+FINEST, FINER = 260_000, 12       # its finest level has at most so many faces, and so many times those of the source
 SMALL = 20_000                    # or these, for a small source
 BYTES_PER_FACE = 2.1              # of a file of limited size
 FILE = "rates.json"
