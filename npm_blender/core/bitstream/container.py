@@ -47,7 +47,7 @@ class EncodedBase(NamedTuple):
     >>> V0, F0 = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]])
     >>> base = EncodedBase(F0, encode_connectivity(F0), encode_positions(V0, F0))
     >>> len(base.connectivity)
-    3
+    5
     """
 
     F0: np.ndarray
@@ -65,7 +65,7 @@ def encode_base(grid: np.ndarray, F0: np.ndarray, connectivity: bytes | None = N
     >>> from npm_blender.core.bitstream import encode_base
     >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]]))
     >>> len(base.connectivity)
-    3
+    5
     """
     return EncodedBase(F0, encode_connectivity(F0) if connectivity is None else connectivity, encode_positions(grid, F0))
 
@@ -74,21 +74,19 @@ def _body(header: Header, base: EncodedBase) -> bytes:
     """Header and base mesh, with their checksums."""
     coding, place = header.coding, np.array(header.low)
     wide = bool((place.astype(np.float32) != place).any())
-    latent = isinstance(coding, LatentCoding)
-    shape = header.levels << 4 | (0 if latent else coding.smooth)
-    head = [MAGIC, bytes([VERSION, latent * _LATENTS + wide * _WIDE, header.position_bits, shape]),
-            *map(write_varint, (header.total_features, header.source_faces, header.source_vertices)),
-            place.astype("<f8" if wide else "<f4").tobytes(), struct.pack("<f", header.size)]
-    if latent:
-        name = coding.model_id.encode("ascii")
-        head += [bytes([len(name)]), name, coding.weights_hash, bytes([coding.channels]),
-                 np.array(coding.steps, "<f4").tobytes()]
+    if isinstance(coding, LatentCoding):
+        latent, smooth, name = True, 0, coding.model_id.encode("ascii")
+        said = [bytes([len(name)]), name, coding.weights_hash, bytes([coding.channels]), np.array(coding.steps, "<f4").tobytes()]
     else:
-        head += [write_varint(coding.step), bytes([coding.growth, coding.stages]), write_varint(coding.payload),
-                 bytes(coding.ends)]
-    head += [*map(write_varint, (len(base.connectivity), len(base.positions)))]
-    said = b"".join(head)
-    body = said + (crc32(said) & 0xFFFF).to_bytes(2, "big") + base.connectivity + base.positions
+        latent, smooth = False, coding.smooth
+        said = [write_varint(coding.step), bytes([coding.growth, coding.stages]), write_varint(coding.payload),
+                bytes(coding.ends)]
+    head = b"".join([
+        MAGIC, bytes([VERSION, latent * _LATENTS + wide * _WIDE, header.position_bits, header.levels << 4 | smooth]),
+        *map(write_varint, (header.total_features, header.source_faces, header.source_vertices)),
+        place.astype("<f8" if wide else "<f4").tobytes(), struct.pack("<f", header.size), *said,
+        *map(write_varint, (len(base.connectivity), len(base.positions)))])
+    body = head + (crc32(head) & 0xFFFF).to_bytes(2, "big") + base.connectivity + base.positions
     return body + crc32(body).to_bytes(_CRC_BYTES, "big")
 
 

@@ -33,7 +33,7 @@ class DisplacedDecoder:
     @property
     def stops(self) -> tuple[int, ...]:
         """Numbers at the end of each stage."""
-        last = np.flatnonzero(np.append(np.diff(self._stage) > 0, True)) if len(self._stage) else []
+        last = np.flatnonzero(np.append(np.diff(self._stage) > 0, np.ones(len(self._stage) > 0, bool)))
         return tuple(int(self._begin[i + 1]) for i in last)
 
     def scalars(self, features: int) -> int:

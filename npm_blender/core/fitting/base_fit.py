@@ -14,14 +14,21 @@ def _count(fit: TwoWay) -> int:
     return min(PER_VERTEX * fit.surface.n0, MOST)
 
 
-def fit_base(fit: TwoWay, V0: np.ndarray, moves: np.ndarray, passes: int = 6) -> np.ndarray:
-    """Base vertices (n0, 3) from V0, so that the finest level, moved by `moves` (n,), is nearest to the source."""
+def fit_base(fit: TwoWay, V0: np.ndarray, moves: np.ndarray, passes: int) -> np.ndarray:
+    """Base vertices (n0, 3) from V0, so that the finest level, moved by `moves` (n,), is nearest to the source.
+
+    A pass that does harm is taken back, and ends the fit.
+    """
+    best, least = V0, np.inf
     for _ in range(passes):
         samples = fit.measured(fit.surface.build(V0, moves).X[-1], FLOOR, _count(fit))
-        start, row, weight = fit.columns(samples, 0)
-        curvature = _curvature(start, row, weight, samples.away)
+        if samples.mean > least:
+            return best
+        best, least = V0, samples.mean
+        columns = fit.columns(samples, 0)
+        curvature = _curvature(*columns, samples.away)
         pull = SPRING * curvature[:, [0, 3, 5]].mean()
-        V0 = V0 + _relaxed(start, row, weight, samples.away, samples.distance.copy(), curvature, pull, SWEEPS)
+        V0 = V0 + _relaxed(*columns, samples.away, samples.distance.copy(), curvature, pull, SWEEPS)
     return V0
 
 

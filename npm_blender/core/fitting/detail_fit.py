@@ -25,8 +25,8 @@ REACH = 0.2  # of the length of its parent edge: how far a vertex moves in a pas
 
 
 class Stencils(NamedTuple):
-    """What the integers of one level do to the samples: start, row, push: columns; curvature (n,): squared, damped; reach (n,): how
-    far each may move, and moved (n,): how far it has, in steps; samples: each way."""
+    """What the integers of one level do to the samples: start, row, push: columns; curvature (n,): squared, damped; reach (n,):
+    how far each may move, and moved (n,): how far it has, in steps; samples: each way."""
 
     start: np.ndarray
     row: np.ndarray
@@ -68,8 +68,8 @@ class DetailFit:
         steps (levels + 1,): of every level; levels: those that may have numbers; trade: price of a bit, in squared steps of the
         finest level."""
         old = 2 * before.value if before else np.zeros(int(self.surface.first[-1]), np.int64)
-        return self.improved(V0, steps, StageFit(old.copy(), before.rate if before else default_rate(self.surface.levels), np.inf),
-                             old, levels, trade, passes)
+        rate = before.rate if before else default_rate(self.surface.levels)
+        return self.improved(V0, steps, StageFit(old.copy(), rate, np.inf), old, levels, trade, passes)
 
     def improved(self, V0: np.ndarray, steps: np.ndarray, start: StageFit, old: np.ndarray, levels: int, trade: float = TRADE,
                  passes: int = 2) -> StageFit:
