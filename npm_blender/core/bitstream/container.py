@@ -157,18 +157,18 @@ def _read_displaced(data: bytes, start: int, header: Header, grid: np.ndarray, F
     first = np.array([0, *(level.n for level in levels)], np.int64)
     if coding.stages * first[-1] > MAX_NUMBERS:
         raise StreamError(f"Expected at most {MAX_NUMBERS} numbers, found {coding.stages * first[-1]}; the file is corrupted")
-    numbers = decode_displacements(found.payload, coding.stages, around(levels), first)
+    coded = decode_displacements(found.payload, coding.stages, around(levels), first)
     # bytes of the payload, and with the checksums between them
     ends = np.array(chunk_ends(coding.payload), np.int64)
-    at = start + numbers.ends + PACKET_CRC_BYTES * np.searchsorted(ends, numbers.ends)
-    whole = numbers.count == header.total_features
+    at = start + coded.ends + PACKET_CRC_BYTES * np.searchsorted(ends, coded.ends)
+    whole = coded.numbers == header.total_features
     if whole and len(found.payload) == coding.payload:
         at[-1] = len(data)
     wrong = found.corrupt
     if not wrong and len(found.payload) == coding.payload and not whole:
-        wrong = f"Expected {header.total_features} numbers, found {numbers.count}"
-    arrived_numbers = np.minimum(np.arange(len(at)) * numbers.group, numbers.count)
-    return ParsedStream(header, grid, F0, DisplacedNumbers(numbers.table, numbers.coded), (arrived_numbers, at), start,
+        wrong = f"Expected {header.total_features} numbers, found {coded.numbers}"
+    arrived_numbers = np.minimum(np.arange(len(at)) * coded.group, coded.numbers)
+    return ParsedStream(header, grid, F0, DisplacedNumbers(coded.table, coded.coded), (arrived_numbers, at), start,
                         found.truncated, wrong)
 
 

@@ -46,13 +46,13 @@ class Coded(NamedTuple):
     """Integers as far as they have arrived.
 
     table (stages, n) int64: of every vertex after each stage, twice the value of the stage before where none has arrived;
-    coded (stages, levels + 1) bool: the levels of a stage in which numbers are sent; count: how many of these have arrived,
+    coded (stages, levels + 1) bool: the levels of a stage in which numbers are sent; numbers: how many of these have arrived,
     stage by stage, level by level; ends (g + 1,) int64: bytes that the first 0, `group`, 2 `group`, .. and all of them take.
     """
 
     table: np.ndarray
     coded: np.ndarray
-    count: int
+    numbers: int
     ends: np.ndarray
     group: int = GROUP
 

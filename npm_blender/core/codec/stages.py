@@ -100,9 +100,9 @@ class Stages:
         surface, facts = self.base.surface, self.target.facts
         data, coded = encode_displacements(table, self.near, surface.first)
         x, y, z = map(float, facts.frame.centre)
-        header = Header(surface.levels, self.base.bits, coded.count, facts.faces, facts.vertices, (x, y, z), facts.frame.size,
+        header = Header(surface.levels, self.base.bits, coded.numbers, facts.faces, facts.vertices, (x, y, z), facts.frame.size,
                         self.coding(step, len(table), len(data)))
-        return write_displaced(header, self.base.coded, data), coded.count
+        return write_displaced(header, self.base.coded, data), coded.numbers
 
     @property
     def table(self) -> np.ndarray:

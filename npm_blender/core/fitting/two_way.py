@@ -36,7 +36,8 @@ class Samples(NamedTuple):
         if 2 * count >= len(self.distance):
             return self
         pick = np.flatnonzero(self.rank < count)
-        return Samples(*(array[pick] for array in self[:-1]), self.mean)
+        return Samples(self.corner[pick], self.share[pick], self.away[pick], self.distance[pick], self.weight[pick],
+                       self.rank[pick], self.mean)
 
 
 class TwoWay:
