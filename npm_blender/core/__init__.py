@@ -6,7 +6,7 @@
     mesh = open_stream(data).decode(level=2)                 # of these, or of any prefix that holds the base
 
 The rooms, from what comes first to what stands on it: `mesh`, `geometry`, `meshio`, `cleaning`, `parameterization`,
-`decimation`, `untangling`, `levels`, `network`, `bitstream`, `refinement`, `codec`, `evaluation`. Each is one sentence and its
+`decimation`, `untangling`, `levels`, `network`, `displacement`, `fitting`, `bitstream`, `codec`, `evaluation`. Each is one sentence and its
 exports (docs/architecture.md is the tour). Nothing here imports bpy; torch is imported only where a gradient is needed.
 """
 from typing import TYPE_CHECKING

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import StreamError
 from ..mesh import hierarchy
 from .base_positions import decode_positions, encode_positions
-from .chunks import arrived, chunk_ends, framed_size, with_checksums
+from .chunks import CRC_BYTES, arrived, chunk_ends, framed_size, with_checksums
 from .connectivity import decode_connectivity, encode_connectivity
 from .displacements import around, decode_displacements
 from .header import (
@@ -25,9 +25,7 @@ from .header import (
     ParsedStream,
     check_header,
 )
-from .packet_encoder import PacketEncoder
-from .packet_encoder import with_checksums as packets_with_checksums
-from .packets import CRC_BYTES as PACKET_CRC_BYTES
+from .packet_encoder import encode_packets
 from .packets import Features, read_packets
 from .significance import faces_of
 from .varint import read_varint, write_varint
@@ -93,27 +91,57 @@ def _body(header: Header, base: EncodedBase) -> bytes:
 
 
 def write_displaced(header: Header, base: EncodedBase, payload: bytes) -> bytes:
-    """A whole stream of a displaced surface; payload: from `encode_displacements`, as long as `header.coding` says."""
+    """A whole stream of a displaced surface; payload: from `encode_displacements`, as long as `header.coding` says.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import *
+    >>> F0 = np.array([[0, 1, 2], [3, 1, 0]])
+    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), F0)
+    >>> header = Header(0, 8, 0, 2, 4, (0, 0, 0), 1.0, DisplacedCoding(0, 0, 22, 0, 0))
+    >>> read_stream(write_displaced(header, base, b"")).grid.tolist()
+    [[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]
+    """
     body = _body(header, base)
     return body + with_checksums(payload, int.from_bytes(body[-_CRC_BYTES:], "big") & 0xFFFF)
 
 
 def displaced_size(header: Header, base: EncodedBase, payload: int) -> int:
-    """Bytes of a whole stream whose payload has so many."""
+    """Bytes of a whole stream whose payload has so many.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import *
+    >>> F0 = np.array([[0, 1, 2], [3, 1, 0]])
+    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), F0)
+    >>> header = Header(0, 8, 0, 2, 4, (0, 0, 0), 1.0, DisplacedCoding(0, 0, 22, 0, 0))
+    >>> displaced_size(header, base, payload=0) == len(write_displaced(header, base, b""))
+    True
+    """
     return len(_body(header, base)) + framed_size(payload, payload)
 
 
 def write_latents(header: Header, base: EncodedBase, features: LatentFeatures) -> bytes:
-    """A whole stream of latents, features in order of importance, header.total_features of them."""
+    """A whole stream of latents, features in order of importance, header.total_features of them. Raises StreamError where the
+    shapes do not fit, a face comes twice in a level, or something is out of range.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import *
+    >>> F0 = np.array([[0, 1, 2], [3, 1, 0]])
+    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), F0)
+    >>> header = Header(1, 8, 1, 2, 4, (0, 0, 0), 1.0, LatentCoding("demo", bytes(8), (0.5,), channels=2))
+    >>> data = write_latents(header, base, LatentFeatures(np.array([0]), np.array([1]), np.array([[3, -4]])))
+    >>> read_stream(data).details.value.tolist()
+    [[3, -4]]
+    """
     assert isinstance(header.coding, LatentCoding)
     if features.value.shape != (header.total_features, header.coding.channels):
         raise StreamError(f"Expected {header.total_features} features of {header.coding.channels} numbers, "
                           f"found {features.value.shape}; give level, face and value of equal lengths")
     _check_size(len(base.F0), header)
-    faces = faces_of(base.F0, header.levels, 0)
-    packets = PacketEncoder(faces, Features(features.level, features.face, features.value)).packets()
+    faces = faces_of(base.F0, header.levels)
     body = _body(header, base)
-    return body + b"".join(packets_with_checksums(packets, int.from_bytes(body[-_CRC_BYTES:], "big") & 0xFFFF))
+    packets = encode_packets(faces, Features(features.level, features.face, features.value),
+                             int.from_bytes(body[-_CRC_BYTES:], "big") & 0xFFFF)
+    return body + b"".join(packets)
 
 
 def read_stream(data: bytes, strict: bool = False) -> ParsedStream:
@@ -145,9 +173,9 @@ def read_stream(data: bytes, strict: bool = False) -> ParsedStream:
 
 def _read_latents(data: bytes, start: int, header: Header, grid: np.ndarray, F0: np.ndarray, crc: int) -> ParsedStream:
     assert isinstance(header.coding, LatentCoding)
-    faces = faces_of(F0, header.levels, 0)
+    faces = faces_of(F0, header.levels)
     packets = read_packets(data, start, faces, header.coding.channels, header.total_features, crc)
-    return ParsedStream(header, grid, F0, LatentFeatures(packets.group, packets.face, packets.value),
+    return ParsedStream(header, grid, F0, LatentFeatures(packets.level, packets.face, packets.value),
                         (packets.features, packets.bytes), start, packets.truncated, packets.corrupt)
 
 
@@ -162,7 +190,7 @@ def _read_displaced(data: bytes, start: int, header: Header, grid: np.ndarray, F
     numbers = decode_displacements(found.payload, coding.stages, around(levels), first)
     # bytes of the payload, and with the checksums between them
     ends = np.array(chunk_ends(coding.payload), np.int64)
-    at = start + numbers.ends + PACKET_CRC_BYTES * np.searchsorted(ends, numbers.ends)
+    at = start + numbers.ends + CRC_BYTES * np.searchsorted(ends, numbers.ends)
     whole = numbers.count == header.total_features
     if whole and len(found.payload) == coding.payload:
         at[-1] = len(data)

@@ -293,7 +293,8 @@ def staged(target: Target, base: FittedBase, most: int, progress: Progress = no_
     return out
 
 
-def checked(target: Target, faces: int, levels: int, bits: int, most: int, progress: Progress = no_progress) -> tuple[Stages, str]:
+def checked(target: Target, faces: int, levels: int, bits: int, most: int,
+            progress: Progress = no_progress) -> tuple[Stages, str]:
     """A base of about so many faces with stages, of which no finer level is farther off than a coarser one; and a message.
 
     Where a smooth scheme breaks that (large flat faces), new vertices are midpoints, which change nothing by themselves; where

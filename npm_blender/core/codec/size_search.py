@@ -4,6 +4,7 @@ Candidates are displaced surfaces over bases of a few sizes, and plain bases wit
 best. All are made, measured the worse way, and compared.
 """
 from collections.abc import Callable, Iterator
+
 import numpy as np
 
 from ..bitstream import encode_base, order_connectivity
@@ -41,7 +42,8 @@ def best_for(target: Target, settings: CompressSettings, tell: Callable[[float, 
         if found:
             made.append(found)
     if not made:
-        small = _whole(target, FreeBase(target, settings.lod.base_faces or FEWEST, PLAIN, room=False), settings.position_bits or PLAIN_BITS[0])
+        least = FreeBase(target, settings.lod.base_faces or FEWEST, PLAIN, room=False)
+        small = _whole(target, least, settings.position_bits or PLAIN_BITS[0])
         raise BaseTooLarge(len(small.data), len(small.base.surface.F0), settings.budget)
     return min(made, key=lambda one: one.error)
 
@@ -63,7 +65,7 @@ def _plain(target: Target, settings: CompressSettings) -> Made | None:
     tries = [settings.position_bits] if settings.position_bits else PLAIN_BITS
     faces = asked or min(max(int((budget - HEAD) / BYTES_PER_FACE), FEWEST), most)
     best: Made | None = None
-    for attempt in range(TRIES):
+    for _ in range(TRIES):
         free = FreeBase(target, faces, PLAIN, room=bool(asked))
         options = []
         for bits in tries:

@@ -101,7 +101,8 @@ def unpack(arrays: bytes) -> ParsedStream:
             coding = fields.pop("coding")
             details: LatentFeatures | DisplacedNumbers
             if "weights_hash" in coding:
-                header = Header(**fields, coding=LatentCoding(**{**coding, "weights_hash": bytes.fromhex(coding["weights_hash"])}))
+                coding["weights_hash"] = bytes.fromhex(coding["weights_hash"])
+                header = Header(**fields, coding=LatentCoding(**coding))
                 details = LatentFeatures(z["level"].astype(np.uint8), z["face"].astype(np.int32), z["value"].astype(np.int32))
             else:
                 header = Header(**fields, coding=DisplacedCoding(**coding))

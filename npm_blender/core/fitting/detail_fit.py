@@ -25,8 +25,8 @@ REACH = 0.2  # of the length of its parent edge: how far a vertex moves in a pas
 
 
 class Stencils(NamedTuple):
-    """What the integers of one level do to the samples: start, row, push: columns; curvature (n,): squared, damped; reach (n,): how
-    far each may move, and moved (n,): how far it has, in steps; samples: each way."""
+    """What the integers of one level do to the samples: start, row, push: columns; curvature (n,): squared, damped; reach
+    (n,): how far each may move, and moved (n,): how far it has, in steps; samples: each way."""
 
     start: np.ndarray
     row: np.ndarray
@@ -38,7 +38,14 @@ class Stencils(NamedTuple):
 
 
 class StageFit(NamedTuple):
-    """value (n,) int64 after a stage; rate: the bits it was priced with; mean: the larger mean distance before the last pass."""
+    """What `DetailFit` finds: value (n,) int64 after a stage, in its steps; rate: bits measured from the last pass, which price
+    the next stage; mean: the larger mean distance before the last pass, unit frame.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.fitting import StageFit, default_rate
+    >>> StageFit(np.array([0, -1, 2]), default_rate(levels=0), mean=0.01).value.tolist()
+    [0, -1, 2]
+    """
 
     value: np.ndarray
     rate: Rate
@@ -46,7 +53,24 @@ class StageFit(NamedTuple):
 
 
 class DetailFit:
-    """One source under one surface."""
+    """One source under one surface: finds the integers of a stage with the least squared distance plus price of their bits.
+
+    Displacements as in Lee, Moreton, Hoppe 2000, chosen by rate and distortion and not by where a ray meets the source.
+
+    >>> import numpy as np
+    >>> from npm_blender.core import TriMesh
+    >>> from npm_blender.core.bitstream import around
+    >>> from npm_blender.core.displacement import DisplacedSurface
+    >>> from npm_blender.core.fitting import DetailFit, Source
+    >>> roof = TriMesh.from_arrays([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 0.1]],
+    ...                            [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+    >>> surface = DisplacedSurface(np.array([[0, 1, 2], [0, 2, 3]]), 4, levels=1, smooth=0)
+    >>> fit = DetailFit(Source(roof, 2000), surface, around(surface.hierarchy))
+    >>> found = fit.stage(roof.V[:4], np.array([0.05, 0.05]), None, levels=1)
+    >>> middle = 4 + np.flatnonzero((surface.hierarchy[0].edges == [0, 2]).all(1))[0]  # of the diagonal
+    >>> found.value[middle].tolist()  # two steps up
+    2
+    """
 
     def __init__(self, source: Source, surface: DisplacedSurface, near: np.ndarray) -> None:
         """near (n, 8): the numbers around each, see `bitstream.around`."""
@@ -68,8 +92,8 @@ class DetailFit:
         steps (levels + 1,): of every level; levels: those that may have numbers; trade: price of a bit, in squared steps of the
         finest level."""
         old = 2 * before.value if before else np.zeros(int(self.surface.first[-1]), np.int64)
-        return self.improved(V0, steps, StageFit(old.copy(), before.rate if before else default_rate(self.surface.levels), np.inf),
-                             old, levels, trade, passes)
+        rate = before.rate if before else default_rate(self.surface.levels)
+        return self.improved(V0, steps, StageFit(old.copy(), rate, np.inf), old, levels, trade, passes)
 
     def improved(self, V0: np.ndarray, steps: np.ndarray, start: StageFit, old: np.ndarray, levels: int, trade: float = TRADE,
                  passes: int = 2) -> StageFit:
