@@ -1,10 +1,12 @@
 """All methods on a folder of meshes: the paper's tables, and errors at equal bytes.
 
-    python -m benchmarks.compare [CORPUS] [--split test] [--quick] [--limit N] [--methods ours,qslim_draco]
+    python -m benchmarks.compare [CORPUS] [--split test] [--quick] [--limit N] [--min-faces N]
+                                 [--methods ours,qslim_draco] [--redo ours] [--no-report]
 
 Without a corpus the meshes are made by Blender (see `made`). Each mesh is measured in a process of its own, one JSON
-line per mesh and method in out/bench; a second run does what is missing. The report is `python -m benchmarks.report`,
-which this calls at its end.
+line per mesh and method in out/bench; a second run does what is missing. After a change of ours, --redo ours measures
+ours again and leaves the peers' lines as they are; a run that was stopped goes on without --redo. At its end this prints
+the tables of `python -m benchmarks.verdict`, and calls `python -m benchmarks.report`, which writes the whole page.
 """
 
 import time
@@ -15,8 +17,9 @@ from corpus.meshes import Entry
 from npm_blender.core.evaluation import Metrics
 from npm_blender.core.settings import CompressSettings
 
-from . import methods, options
+from . import methods, options, verdict
 from .methods.case import BUDGETS, CURVE, FEATURES, Case
+from .results import load
 
 
 @dataclass(frozen=True)
@@ -87,9 +90,11 @@ def figures(case: Case, mesh) -> dict:
 
 
 def main() -> None:
-    """Read the options, measure what is missing, write the report."""
+    """Read the options, measure what is missing, print the verdict, write the report."""
     o = options.parse(__doc__)
-    found = options.meshes(o)
+    found, code = options.meshes(o), options.code()
+    for m in o.redo:
+        pool.drop(options.lines(o, m), {entry.name for entry in found})
     settings = CompressSettings(order=o.order, refine_steps=o.refine_steps)
     have = {m: pool.done(options.lines(o, m), o.retry) for m in o.methods}
     tasks = []
@@ -102,13 +107,15 @@ def main() -> None:
         if "error" in rows:
             rows = {m: rows for m in task.methods}
         for m, row in rows.items():
-            pool.append(options.lines(o, m), {"name": task.name, **row})
+            pool.append(options.lines(o, m), {"name": task.name, "code": code, **row})
         return "; ".join(f"{m}: {row['error']}" for m, row in rows.items() if "error" in row)
 
     pool.each(measure, tasks, keep, o.processes)
-    from . import report  # which loads matplotlib; measuring does without
+    print("\n".join(verdict.tables(load(o), found)))
+    if o.page:
+        from . import report  # which loads matplotlib; measuring does without
 
-    print(report.write(o))
+        print(report.write(o))
 
 
 if __name__ == "__main__":

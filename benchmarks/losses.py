@@ -25,7 +25,7 @@ def losses_in_bytes(results: Results) -> str:
         ratio, n = results.ratio(OURS, REFERENCE, "bytes", budget)
         normals = results.wins(OURS, REFERENCE, "bytes", budget, "d_normal")[1]
         lost = results.wins(OURS, REFERENCE, "bytes", budget)[1]
-        parts.append(f"{kilo(budget)} {percent(lost, n)} and {percent(normals, n)} (our d_pm is {ratio:.2f} of its)")
+        parts.append(f"{kilo(budget)} {percent(lost, n)} and {percent(normals, n)} (our error is {ratio:.2f} of its)")
         ahead = []
         for method, name in results.names.items():
             other, m = results.ratio(OURS, method, "bytes", budget)
@@ -34,11 +34,11 @@ def losses_in_bytes(results: Results) -> str:
         if ahead:
             better.append(f"{kilo(budget)}: {', '.join(ahead)}")
     text = (
-        "At equal bytes QSlim + Draco lies nearer to the input, or has the better normals, on this share of the meshes: "
-        f"{'; '.join(parts)}."
+        "At equal bytes QSlim + Draco has the smaller error the worse way, or the better normals, on this share of the "
+        f"meshes: {'; '.join(parts)}."
     )
     if better:
-        text += f" Others that are nearer on the geometric mean, with our d_pm over theirs: {'; '.join(better)}."
+        text += f" Others that are nearer on the geometric mean, with our error over theirs: {'; '.join(better)}."
     return text + sized(results)
 
 
@@ -52,18 +52,18 @@ def sized(results: Results) -> str:
             lost = results.wins(SIZED, REFERENCE, "bytes", budget)[1]
             beside = f", {cut:.2f} of the cut stream's" if both else ""
             parts.append(f"{kilo(budget)} {ratio:.2f} of QSlim + Draco's{beside}, farther on {percent(lost, n)} of {n}")
-    return f" A file made for its size (`--bytes`) has a d_pm of: {'; '.join(parts)} meshes." if parts else ""
+    return f" A file made for its size (`--bytes`) has an error of: {'; '.join(parts)} meshes." if parts else ""
 
 
 def losses_in_numbers(results: Results) -> str:
     """Where QSlim is better with the same count of numbers: by features, and the meshes where it is so most."""
     parts = []
     for k in FEATURES:
-        both, _ = results.pairs(OURS, REFERENCE_SCALARS, "scalars", k)
+        both, _ = results.pairs(OURS, REFERENCE_SCALARS, "scalars", k, "d_pm")
         lost = [results.wins(OURS, REFERENCE_SCALARS, "scalars", k, key)[1] for key in ("d_pm", "d_normal")]
         if both:
             parts.append(f"{k} features {percent(lost[0], len(both))} and {percent(lost[1], len(both))}")
-    both, first = results.pairs(OURS, REFERENCE_SCALARS, "scalars", 0)
+    both, first = results.pairs(OURS, REFERENCE_SCALARS, "scalars", 0, "d_pm")
     share = first[:, 0] / np.maximum(first[:, 1], 1e-9)
     worst = [i for i in np.argsort(-share)[:4] if share[i] > 1]
     named = ", ".join(f"{both[i].split('/')[-1]} ({first[i, 0]:.1f} against {first[i, 1]:.1f})" for i in worst)

@@ -16,6 +16,8 @@ QUICK_MESHES, QUICK_SAMPLES = 6, 20_000
 QUICK_FACES = (4_000, 20_000)
 SLOW = ("ours_sized", "subdivision_codec")  # make a stream, or several, for every budget: not part of a quick run
 MADE = Path("out/bench/meshes")
+ROOT = Path(__file__).parents[1]
+SEARCHED = "worse"  # by what searches choose; what was measured under another rule is not taken for the same
 
 
 def parse(doc: str) -> argparse.Namespace:
@@ -25,24 +27,34 @@ def parse(doc: str) -> argparse.Namespace:
     parser.add_argument("--split", default="test")
     parser.add_argument("--quick", action="store_true", help=f"{QUICK_MESHES} meshes of moderate size, fewer samples")
     parser.add_argument("--limit", type=int, help="so many meshes, spread over the sizes")
+    parser.add_argument("--min-faces", type=int, default=0, help="only meshes of so many faces; needs a manifest.csv")
     parser.add_argument("--samples", type=int, help="points each way (default 50,000; quick 20,000)")
     parser.add_argument("--processes", type=int, default=2)
-    parser.add_argument("--methods", type=lambda s: tuple(s.split(",")), help="comma-separated (default: all; quick: the fast)")
+    parser.add_argument("--methods", type=_names, help="comma-separated (default: all; quick: the fast)")
     parser.add_argument("--order", default="gain", help="of our features")
     parser.add_argument("--refine-steps", type=int, help="of our codec")
     parser.add_argument("--tag", default="", help="keep the results apart from those of other settings")
     parser.add_argument("--retry", action="store_true", help="measure again what ended in an error")
+    parser.add_argument("--redo", type=_names, default=(), help="measure these methods anew on the chosen meshes")
+    parser.add_argument("--no-report", dest="page", action="store_false", help="print the verdict and write no page")
     parser.add_argument("--report", type=Path, help="write the page here, and results/ beside it (default: in out/bench)")
     parser.add_argument("--no-runtime", dest="runtime", action="store_false", help="leave out seconds and memory of operations")
     o = parser.parse_args()
     o.samples = o.samples or (QUICK_SAMPLES if o.quick else 50_000)
     o.methods = o.methods or tuple(m for m in METHODS if not (o.quick and m in SLOW))
-    unknown = sorted(set(o.methods) - set(METHODS))
-    if unknown:
-        parser.error(f"Expected methods among {', '.join(METHODS)}, found {', '.join(unknown)}")
+    for given, known in ((o.methods, METHODS), (o.redo, o.methods)):
+        unknown = sorted(set(given) - set(known))
+        if unknown:
+            parser.error(f"Expected methods among {', '.join(known)}, found {', '.join(unknown)}")
     if o.corpus and not listed(o.corpus) and not loose(o.corpus):
         parser.error(f"Expected a folder with manifest.csv or with {' '.join(SUFFIXES)} files, found none in {o.corpus}")
+    if o.min_faces and o.corpus and not listed(o.corpus):
+        parser.error(f"Expected a manifest.csv for --min-faces, found none in {o.corpus}")
     return o
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(text.split(","))
 
 
 def listed(folder: Path) -> bool:
@@ -69,6 +81,7 @@ def meshes(o: argparse.Namespace) -> list[Entry]:
         if not (MADE / "manifest.csv").is_file():
             subprocess.run([sys.executable, "-m", "benchmarks.made", str(MADE)], check=True)
         found = entries(MADE, "test")
+    found = [e for e in found if e.faces >= o.min_faces]
     if o.quick and o.corpus:
         low, high = QUICK_FACES
         found = [e for e in found if low <= e.faces <= high] or found
@@ -78,10 +91,19 @@ def meshes(o: argparse.Namespace) -> list[Entry]:
     return found
 
 
+def code() -> str:
+    """The version of the code that measures, as git describes it; "" where git or its folder is not there."""
+    command = ["git", "describe", "--always", "--dirty", "--exclude", "*"]
+    try:
+        return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return ""
+
+
 def folder(o: argparse.Namespace) -> Path:
-    """Where the lines of a run lie: apart for other splits, samples, settings and weights."""
+    """Where the lines of a run lie: apart for other splits, samples, searches, settings and weights."""
     tag = f"_{o.tag}" if o.tag else ""
-    return Path("out/bench") / f"{set_name(o)}_{o.samples}{tag}"
+    return Path("out/bench") / f"{set_name(o)}_{o.samples}_{SEARCHED}{tag}"
 
 
 def lines(o: argparse.Namespace, method: str) -> Path:

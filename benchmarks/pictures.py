@@ -67,8 +67,8 @@ def picture(case: Case, found: list[tuple[str, Coded | None]], up: str, path: Pa
     for name, coded in found:
         if coded is None:
             continue
-        d_pm = case.original.evaluate(coded.mesh).d_pm
-        lines = (f"{coded.bytes:,} bytes · {len(coded.mesh.F):,} faces", f"d_pm {d_pm:.2f} × 10⁻⁴")
+        error = case.original.evaluate(coded.mesh).worse
+        lines = (f"{coded.bytes:,} bytes · {len(coded.mesh.F):,} faces", f"error {error:.2f} × 10⁻⁴")
         row.append(Cell(upright(coded.mesh, up), name[:1].upper() + name[1:], lines))
     temporary = path.with_name(f".{path.name}")
     render_sheet([row], temporary)
@@ -107,7 +107,7 @@ def main() -> None:
     parser.add_argument("--bytes", type=int, default=BUDGET)
     parser.add_argument("--refine-steps", type=int, help="of our codec")
     parser.add_argument("--out", type=Path, default=FOLDER)
-    parser.set_defaults(quick=False, limit=None)  # of `options.meshes`: all of the set
+    parser.set_defaults(quick=False, limit=None, min_faces=0)  # of `options.meshes`: all of the set
     o = parser.parse_args()
     import torch
 

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 
 from .methods import REFERENCE, REFERENCE_SCALARS
 from .methods.case import BUDGETS, CURVE
-from .results import MEASURES, Results
+from .results import FLOOR, MEASURES, Results
 from .tables import OURS, geometric, kilo
 
 DPI = 80
@@ -51,21 +51,30 @@ def _in_kilobytes(axes) -> None:
     axes.minorticks_off()
 
 
+def _axes_of_measures():
+    """A figure with a plot for each of MEASURES, two rows; the places that are left over stay empty."""
+    columns = -(-len(MEASURES) // 2)
+    figure, places = plt.subplots(2, columns, figsize=(6 * columns, 9))
+    for axes in places.flat[len(MEASURES) :]:
+        axes.set_axis_off()
+    return figure, list(places.flat[: len(MEASURES)])
+
+
 def bytes_ratio(results: Results):
     """Every measure over the reference's at each budget, geometric means."""
-    figure, all_axes = plt.subplots(2, 2, figsize=(12, 9))
-    for axes, (key, title) in zip(all_axes.flat, MEASURES.items(), strict=True):
+    figure, all_axes = _axes_of_measures()
+    for axes, (key, title) in zip(all_axes, MEASURES.items(), strict=True):
         _lines(axes, results, BUDGETS, list(BUDGETS), lambda m, b, k=key: results.ratio(m, REFERENCE, "bytes", b, k))
         axes.set_title(f"{title} over QSlim + Draco's (below 1 is better)")
         _in_kilobytes(axes)
-    _legend(all_axes[0, 0])
+    _legend(all_axes[0])
     return figure
 
 
 def bytes_curve(results: Results):
     """The reference's geometric mean, and every method at its ratio to it."""
-    figure, all_axes = plt.subplots(2, 2, figsize=(12, 9))
-    for axes, (key, title) in zip(all_axes.flat, MEASURES.items(), strict=True):
+    figure, all_axes = _axes_of_measures()
+    for axes, (key, title) in zip(all_axes, MEASURES.items(), strict=True):
 
         def mean(method: str, budget: int, key=key) -> tuple[float, int]:
             ratio, n = results.ratio(method, REFERENCE, "bytes", budget, key)
@@ -74,7 +83,7 @@ def bytes_curve(results: Results):
         _lines(axes, results, BUDGETS, list(BUDGETS), mean)
         axes.set_title(f"{title}, " + ("degrees" if key == "d_normal" else "1e-4 of the longest side"))
         _in_kilobytes(axes)
-    _legend(all_axes[0, 0])
+    _legend(all_axes[0])
     return figure
 
 
@@ -85,8 +94,8 @@ def cr_curve(results: Results):
     cr = [list(results.values(REFERENCE_SCALARS, "scalars", k, "cr").values()) for k in CURVE]
 
     def mean(method: str, k: int) -> tuple[float, int]:
-        ratio, n = results.ratio(method, REFERENCE_SCALARS, "scalars", k)
-        return ratio * geometric(list(results.values(REFERENCE_SCALARS, "scalars", k).values())), n
+        ratio, n = results.ratio(method, REFERENCE_SCALARS, "scalars", k, "d_pm")
+        return ratio * geometric(list(results.values(REFERENCE_SCALARS, "scalars", k, "d_pm").values())), n
 
     _lines(axes, results, CURVE, [float(np.median(x)) if x else 1.0 for x in cr], mean)
     axes.invert_xaxis()
@@ -101,13 +110,14 @@ def per_mesh(results: Results):
     figure, axes = plt.subplots(figsize=(8, 5))
     for i, budget in enumerate(BUDGETS):
         _, found = results.pairs(OURS, REFERENCE, "bytes", budget)
-        ratio = np.sort(found[:, 0] / np.maximum(found[:, 1], 1e-3))
+        found = np.maximum(found, FLOOR)
+        ratio = np.sort(found[:, 0] / found[:, 1])
         if len(ratio):
             axes.plot(np.linspace(0, 100, len(ratio)), ratio, color=plt.cm.viridis(i / len(BUDGETS)), label=kilo(budget))
     axes.axhline(1, color="tab:red", lw=1)
     axes.set_yscale("log")
     axes.set_xlabel("meshes, %")
-    axes.set_ylabel("our d_pm over QSlim + Draco's")
+    axes.set_ylabel("our error over QSlim + Draco's, the worse way")
     axes.grid(True, which="both", alpha=0.2)
     _legend(axes)
     return figure

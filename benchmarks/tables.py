@@ -56,7 +56,7 @@ def byte_ratios(results: Results, key: str) -> list[str]:
 
 
 def by_kind(results: Results, entries: list[Entry]) -> list[str]:
-    """Ours over the reference by d_pm: by kind of mesh, where the corpus names kinds, and for meshes of many faces."""
+    """Ours over the reference by the worse way: by kind of mesh, where the corpus has kinds, and for meshes of many faces."""
     groups: dict[str, set[str]] = {}
     for entry in entries:
         groups.setdefault(entry.kind, set()).add(entry.name)
@@ -68,11 +68,11 @@ def by_kind(results: Results, entries: list[Entry]) -> list[str]:
         found = [some.ratio(OURS, REFERENCE, "bytes", budget) for budget in BUDGETS]
         if any(n for _, n in found):
             rows.append([f"{group} ({len(some.meshes)})", *(f"{ratio:.3f}" if n else NONE for ratio, n in found)])
-    return markdown(["ours, d_pm ratio, by kind (meshes)", *map(kilo, BUDGETS)], rows)
+    return markdown(["ours, worse way, ratio, by kind (meshes)", *map(kilo, BUDGETS)], rows)
 
 
 def wins(results: Results) -> list[str]:
-    """Ours against every method: meshes won and lost by d_pm at each budget."""
+    """Ours against every method: meshes won and lost by the worse way at each budget."""
     rows = []
     for method, name in results.names.items():
         cells = []
@@ -169,7 +169,7 @@ def cr_curve(results: Results) -> list[str]:
         ratios.append(f"CR {np.median(found):.3g}, {k:,}" if found else f"{k:,}")
     rows = []
     for method, name in results.names.items():
-        found = [results.ratio(method, REFERENCE_SCALARS, "scalars", k) for k in CURVE]
+        found = [results.ratio(method, REFERENCE_SCALARS, "scalars", k, "d_pm") for k in CURVE]
         if any(n for _, n in found):
             rows.append([name, *(f"{ratio:.3f} ({n})" if n else NONE for ratio, n in found)])
     return markdown(["method", *(f"{r} features" for r in ratios)], rows)

@@ -9,6 +9,8 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
+from npm_blender.core.files import write_file
+
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 DIED = "the process ended without a result (out of memory, or a crash)"
 
@@ -25,6 +27,13 @@ def done(path: Path, retry: bool = False) -> dict[str, dict]:
             continue
         rows[row["name"]] = row
     return {name: row for name, row in rows.items() if not (retry and "error" in row)}
+
+
+def drop(path: Path, names: set[str]) -> None:
+    """Remove the lines of these meshes, so that the next run makes them anew."""
+    if path.is_file():
+        kept = [json.dumps(row) + "\n" for name, row in done(path).items() if name not in names]
+        write_file(path, "".join(kept).encode())
 
 
 def append(path: Path, row: dict) -> None:

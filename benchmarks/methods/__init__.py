@@ -4,7 +4,8 @@
     at_scalars(case, counts) -> list[TriMesh | None]   the mesh that so many numbers buy (the paper's CR)
     extra(case) -> list[(dict, TriMesh)]                 further rows; the dict says of which table and what they are
 
-A progressive method cuts one stream for all budgets; the others take the best setting for each, measured by d_pm.
+A progressive method cuts one stream for all budgets; the others take the best setting for each, measured the worse
+way: by the larger of d_pm and d_reverse.
 """
 
 from importlib import import_module

@@ -22,7 +22,7 @@ FEATURES = (0, 40, 400)  # of the paper's table 2
 CURVE = (0, 40, 120, 400, 1200)  # features whose numbers are the points of the CR curve
 LEVELS = 3
 BASE_FACES = 400
-SEARCH_SAMPLES = 10_000  # points that a search for the best setting measures with
+SEARCH_SAMPLES = 10_000  # points each way that a search for the best setting measures with
 
 
 @dataclass
@@ -78,9 +78,9 @@ class Case:
 
         return self.once(("qslim", int(faces)), make)
 
-    def d_pm(self, decoded: TriMesh) -> float:
-        """The d_pm by which searches choose: from fewer points than the tables'. Raises MeshError without area."""
-        return self.original.d_pm(decoded, SEARCH_SAMPLES)
+    def worse(self, decoded: TriMesh) -> float:
+        """The error by which searches choose, the worse way, from fewer points than the tables'. MeshError without area."""
+        return self.original.worse(decoded, SEARCH_SAMPLES)
 
     def scalars(self, features: int) -> int:
         """Numbers that our stream spends on its base mesh and so many features: 8 a latent, 3 a feature of offsets."""

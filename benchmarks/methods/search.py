@@ -1,4 +1,4 @@
-"""The best number of faces and of bits for a number of bytes, by d_pm, without trying them all.
+"""The best number of faces and of bits for a number of bytes, by the error the worse way, without trying them all.
 
 Bytes a face and error are sampled on a coarse ladder of face counts and interpolated; for each budget the settings that
 promise least error are made for real, their faces adjusted until the bytes fit, and measured.
@@ -21,7 +21,7 @@ AIM = 0.992  # of a budget, what the adjustment aims at
 TRIES = 4
 CANDIDATES = 3
 CLOSE = 1.3  # the second and third candidate may promise this much more error than the first
-ROUNDING = 0.25e4  # d_pm of rounding to a lattice of step 1, in 1e-4: the mean of |x| over half a step
+ROUNDING = 0.25e4  # error of rounding to a lattice of step 1, in 1e-4: the mean of |x| over half a step
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class _Ladder:
             coded = [codec.encode(control, bits) for bits in codec.bits]
             if not faces or len(control.F) > faces[-1]:
                 faces.append(len(control.F))
-                error.append(max(case.d_pm(codec.decode(coded[-1])), 1e-6))
+                error.append(max(case.worse(codec.decode(coded[-1])), 1e-6))
                 size.append([len(data) for data in coded])
             if len(coded[0]) > most_bytes:
                 break
@@ -127,7 +127,10 @@ def candidates(case: Case, codec: Codec, budgets: tuple[int, ...]) -> list[list[
 
 
 def choose(case: Case, decode: Callable[[bytes], TriMesh], found: list[list[Candidate]]) -> list[Coded | None]:
-    """For each budget the decoded candidate of least d_pm; None where there is none."""
+    """For each budget, ascending, the decoded candidate of least error the worse way; None where there is none.
+
+    What fits a budget fits the larger ones too, and is chosen there where it is better than what was made for them.
+    """
     made: dict[bytes, tuple[float, Coded]] = {}
     for candidate in (c for some in found for c in some):
         if candidate.data in made:
@@ -135,11 +138,11 @@ def choose(case: Case, decode: Callable[[bytes], TriMesh], found: list[list[Cand
         try:
             mesh = decode(candidate.data)
             label = f"{candidate.faces} faces, {candidate.bits} bits"
-            made[candidate.data] = (case.d_pm(mesh), Coded(mesh, len(candidate.data), label))
+            made[candidate.data] = (case.worse(mesh), Coded(mesh, len(candidate.data), label))
         except MeshError:  # rounding left no surface, or one that cannot be subdivided
             continue
-    out = []
+    out, fit = [], []
     for some in found:
-        here = [made[c.data] for c in some if c.data in made]
-        out.append(min(here, key=lambda pair: pair[0])[1] if here else None)
+        fit += [made[c.data] for c in some if c.data in made]
+        out.append(min(fit, key=lambda pair: pair[0])[1] if fit else None)
     return out

@@ -3,6 +3,8 @@
 Numbers (at_scalars) are counted as for our own codec: three per base vertex, and one per integer that is not zero.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from benchmarks.subdivision import search, stream
@@ -35,14 +37,15 @@ def base(case: Case, *size: int) -> search.Base:
 
 
 def at_bytes(case: Case, budgets: tuple[int, ...]) -> list[Coded | None]:
-    """For each budget the base that promises the least distance, with steps that fill the budget."""
+    """For each budget the base that promises the least error the worse way, with steps that fill the budget."""
     tried = []
     for size, step, least, most in BASES:
         if not any(least <= b <= most for b in budgets) or size[0] > len(case.mesh.F):
             continue
         b = base(case, *size)
         most = min(most, max(budgets))
-        tried.append((b, search.sweep(b, step, most, PASSES), size[0]))
+        points = search.sweep(b, step, most, PASSES)
+        tried.append((b, [replace(p, distance=case.worse(stream.read(p.data))) for p in points], size[0]))
     out: list[Coded | None] = []
     for budget in budgets:
         order = sorted(tried, key=lambda t: search.expected(t[1], budget))

@@ -6,6 +6,7 @@ import pytest
 from benchmarks.methods import METHODS, drc, load, qslim, schemes, search, subdivfit
 from benchmarks.methods.case import Case
 from npm_blender.core.geometry.closest_point import ClosestPoints
+from npm_blender.core.mesh import TriMesh
 from npm_blender.core.settings import CompressSettings
 from tests.meshes.shapes import bumpy, grid
 
@@ -35,10 +36,10 @@ def sheet():
 def test_bytes_fit_and_more_of_them_are_better(name, shape, request):
     case = request.getfixturevalue(shape)
     small, large = method(name).at_bytes(case, BUDGETS)
-    assert large.bytes <= BUDGETS[1] and case.d_pm(large.mesh) < 100
+    assert large.bytes <= BUDGETS[1] and case.worse(large.mesh) < 100
     if small:  # Draco alone cannot get there
         assert small.bytes <= BUDGETS[0]
-        assert case.d_pm(large.mesh) < case.d_pm(small.mesh)
+        assert case.worse(large.mesh) < case.worse(small.mesh)
 
 
 def test_ours_with_a_size_makes_a_file_for_each_budget():
@@ -47,7 +48,7 @@ def test_ours_with_a_size_makes_a_file_for_each_budget():
     least, small, large, most, again = load("ours_sized").at_bytes(case, budgets)
     assert least is None or least.bytes <= 350
     assert 900 < small.bytes <= 1_000 and 3_600 < large.bytes <= 4_000
-    assert case.d_pm(small.mesh) > case.d_pm(large.mesh)
+    assert case.worse(small.mesh) > case.worse(large.mesh)
     assert int(small.label.split()[0]) <= 423 < int(large.label.split()[0])
     assert most.label.endswith("everything") and again is most
     assert f"{len(case.mesh.F)} faces" in most.label
@@ -74,9 +75,21 @@ def test_the_search_is_as_good_as_trying_all(closed):
         for faces in range(200, 1_400, 40):
             data = drc.encode(closed.qslim(faces), bits)
             if len(data) <= 1_500:
-                best = min(best, closed.d_pm(drc.decode(data)))
+                best = min(best, closed.worse(drc.decode(data)))
     found = search.choose(closed, drc.decode, drc.of_qslim(closed, (1_500,)))[0]
-    assert closed.d_pm(found.mesh) < 1.05 * best
+    assert closed.worse(found.mesh) < 1.05 * best
+
+
+def test_a_search_counts_what_a_mesh_leaves_out(closed):
+    half = TriMesh(closed.mesh.V, closed.mesh.F[closed.mesh.V[closed.mesh.F].mean(1)[:, 2] > 0])
+    assert closed.worse(half) > 500
+
+
+def test_a_larger_budget_takes_the_better_file_of_a_smaller_one(closed):
+    good, poor = (search.Candidate(0, bits, drc.encode(closed.mesh, bits)) for bits in (12, 6))
+    small, large = search.choose(closed, drc.decode, [[good], [poor]])
+    assert small.mesh is large.mesh and large.bytes == len(good.data)
+    assert search.choose(closed, drc.decode, [[], [poor]])[0] is None
 
 
 def test_a_mesh_that_fits_whole_gets_more_bits(closed):
@@ -95,7 +108,7 @@ def test_meshopt_loses_nothing_but_the_rounding(closed, bits):
 def test_fitting_halves_the_error_of_loop(closed):
     slim = closed.qslim(300)
     fitted = subdivfit.fit(slim, ClosestPoints(closed.mesh))
-    before, after = (closed.d_pm(schemes.subdivided(mesh, schemes.loop)) for mesh in (slim, fitted))
+    before, after = (closed.worse(schemes.subdivided(mesh, schemes.loop)) for mesh in (slim, fitted))
     assert after < 0.5 * before
 
 

@@ -20,14 +20,14 @@ def test_numbers_buy_a_base_and_the_network_does_the_rest(case):
     count = 3 * 202
     (made,), (base,) = method.at_scalars(case, [count]), qslim.at_scalars(case, [count])
     assert len(base.V) == 202 and len(made.F) == len(base.F) * 4 ** schemes.steps(len(base.F))
-    assert case.d_pm(made) < case.d_pm(base)
+    assert case.worse(made) < case.worse(base)
 
 
 def test_bytes_are_kept_and_more_of_them_help(case):
     found = method.at_bytes(case, (10, 600, 1_500))
     assert found[0] is None
     assert [0 < coded.bytes <= budget for coded, budget in zip(found[1:], (600, 1_500), strict=True)] == [True, True]
-    assert case.d_pm(found[2].mesh) < case.d_pm(found[1].mesh)
+    assert case.worse(found[2].mesh) < case.worse(found[1].mesh)
 
 
 def test_open_meshes_work_and_too_few_numbers_give_none():

@@ -34,7 +34,28 @@ def test_a_quick_run_leaves_out_what_is_slow_unless_it_is_told(tmp_path, monkeyp
     assert parsed(monkeypatch, tmp_path, "--quick", "--methods", "ours_sized").methods == ("ours_sized",)
 
 
-@pytest.mark.parametrize("arguments", [("--methods", "ours,nonsense"), ("/nowhere",)])
+def test_small_meshes_can_be_left_out(tmp_path, monkeypatch):
+    (tmp_path / "manifest.csv").write_text("name,file,split,faces\na,a.ply,test,100\nb,b.ply,test,200\n")
+    assert [e.name for e in options.meshes(parsed(monkeypatch, tmp_path, "--min-faces", 200))] == ["b"]
+
+
+def test_faces_are_asked_of_a_manifest_alone(tmp_path, monkeypatch, capsys):
+    (tmp_path / "a.ply").write_bytes(b"x")
+    with pytest.raises(SystemExit):
+        parsed(monkeypatch, tmp_path, "--min-faces", 200)
+    assert "Expected a manifest.csv" in capsys.readouterr().err
+
+
+def test_lines_are_kept_apart_by_samples_and_tag(tmp_path, monkeypatch):
+    (tmp_path / "a.ply").write_bytes(b"x")
+    runs = [("--samples", 10), ("--samples", 20), ("--tag", "x")]
+    assert len({options.lines(parsed(monkeypatch, tmp_path, *run), "qslim") for run in runs}) == 3
+
+
+MISTAKES = [("--methods", "ours,nonsense"), ("--methods", "ours", "--redo", "qslim"), ("/nowhere",)]
+
+
+@pytest.mark.parametrize("arguments", MISTAKES)
 def test_a_mistake_is_one_line_and_code_2(arguments, monkeypatch, capsys):
     with pytest.raises(SystemExit) as stop:
         parsed(monkeypatch, *arguments)

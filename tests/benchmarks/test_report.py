@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks import losses, tables
 from benchmarks.methods.case import BUDGETS
-from benchmarks.results import COLUMNS, Results, write_json
+from benchmarks.results import COLUMNS, FLOOR, LEAST, Results, write_json
 from corpus.meshes import Entry
 
 NAMES = {"ours": "ours", "ours_sized": "sized", "qslim_draco": "QSlim + Draco", "qslim": "QSlim"}
@@ -41,6 +41,16 @@ def test_the_mean_is_geometric_and_over_the_meshes_that_both_have(made):
     assert made.ratio("ours", "qslim_draco", "bytes", 4000)[1] == 0
 
 
+def test_the_worse_way_is_the_larger_distance_and_counts_from_its_floor_on():
+    ours = line("a", "bytes", {1000: 2.0, 2000: 0.01}, d_reverse=4.0)
+    peer = line("a", "bytes", {1000: 2.0, 2000: 0.1}, d_reverse=0.05)
+    found = results(ours=[ours], qslim_draco=[peer])
+    assert found.ratio("ours", "qslim_draco", "bytes", 1000) == pytest.approx((2.0, 1))
+    assert found.ratio("ours", "qslim_draco", "bytes", 1000, "d_pm") == pytest.approx((1.0, 1))
+    assert found.ratio("ours", "qslim_draco", "bytes", 2000)[0] == pytest.approx(4.0 / FLOOR)
+    assert found.ratio("ours", "qslim_draco", "bytes", 2000, least=LEAST)[0] == pytest.approx(4.0 / 0.1)
+
+
 def test_wins_and_losses_are_counted_by_mesh(made):
     assert made.wins("ours", "qslim_draco", "bytes", 1000) == (1, 1)
     assert made.wins("ours", "qslim_draco", "bytes", 2000) == (0, 2)
@@ -54,7 +64,7 @@ def test_a_failure_is_listed_and_is_no_figure(made):
 
 def test_the_paragraph_says_where_we_lose(made):
     text = losses.paragraph(made)
-    assert "1 kB 50 % and 0 % (our d_pm is 1.00 of its); 2 kB 100 % and 0 % (our d_pm is 2.83 of its)" in text
+    assert "1 kB 50 % and 0 % (our error is 1.00 of its); 2 kB 100 % and 0 % (our error is 2.83 of its)" in text
 
 
 def test_the_paragraph_compares_files_made_for_their_size(made):
@@ -103,7 +113,8 @@ def test_every_plot_and_the_page_are_made_from_few_rows(made, tmp_path):
     from benchmarks import plots, report
 
     assert all((tmp_path / name).stat().st_size > 1000 for name in plots.write(made, tmp_path))
-    o = SimpleNamespace(corpus=None, split="test", samples=10, quick=True, limit=None, report=None)
+    o = SimpleNamespace(corpus=None, split="test", samples=10, quick=True, limit=None, min_faces=0, report=None)
     page = report.page(made, o, None, "results", [])
-    assert page.startswith("# Results\n\n**Where we lose.**") and "Failed: 1. qslim_draco, c: MeshError: torn" in page
+    assert page.startswith("# Results\n\n**Where we lose.**")
+    assert "## The verdict" in page and "Failed: 1. qslim_draco, c: MeshError: torn" in page
     assert report.figures(made, o, None)["bytes_ratio_to_qslim_draco"]["ours"][BUDGETS[1]]["ours_won_lost"] == (0, 0)

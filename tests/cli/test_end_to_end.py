@@ -205,9 +205,10 @@ def test_evaluate_rows(run, made, sphere_file, few_samples):
     rows = json.loads(run("evaluate", made[0], sphere_file, "--json").out)
     assert [row["features"] for row in rows] == [min(n, made[1]["features"]) for n in (0, 40, 400, 10**6)]
     for row in rows:
-        assert list(row) == ["features", "level", "bytes", "cr", "d_pm", "d_normal", "d_reverse"]
+        assert list(row) == ["features", "level", "bytes", "cr", "d_pm", "d_normal", "d_reverse", "worse"]
         assert row["level"] == LEVELS
         assert 0 < row["d_pm"] < 500 and 0 < row["d_reverse"] < 500 and 0 < row["d_normal"] < 60
+        assert row["worse"] == max(row["d_pm"], row["d_reverse"])
     assert rows[0]["cr"] == pytest.approx(3 * 1026 / (3 * 52))  # no features: vertices before over those of the base
     assert rows[0]["cr"] > rows[1]["cr"] > rows[-1]["cr"]
     assert rows[-1]["bytes"] == made[1]["bytes"]

@@ -42,3 +42,15 @@ def test_errors_are_kept_unless_asked_for(tmp_path):
     path = tmp_path / "rows.jsonl"
     path.write_text(json.dumps({"name": "a", "error": "x"}) + "\n")
     assert "a" in pool.done(path) and "a" not in pool.done(path, retry=True)
+
+
+def test_dropped_lines_are_made_anew_and_the_others_stay(tmp_path):
+    path = tmp_path / "rows.jsonl"
+    pool.drop(path, {"t1"})
+    assert not path.exists()
+    for name in ("t1", "t2"):
+        pool.append(path, {"name": name, "half": "kept"})
+    pool.drop(path, {"t1"})
+    assert pool.done(path) == {"t2": {"name": "t2", "half": "kept"}}
+    rows = pool.run(half, TASKS[1:3], path, 1)
+    assert rows["t1"]["half"] == 0.5 and rows["t2"]["half"] == "kept"

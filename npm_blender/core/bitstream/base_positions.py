@@ -1,14 +1,14 @@
-"""Base vertex positions on a lattice: predicted from the faces already placed, residuals entropy coded.
+"""Base vertex positions on a lattice: expected from the vertices before, and coded as decisions about where they are.
 
-Vertices come in the order in which `connectivity` met them. A vertex v is predicted from every face (v, x, y) whose
-edge x-y has a face (y, x, z) on its other side, with x, y, z already known. The parallelogram rule (Touma and Gotsman 1998)
-mirrors z through the middle of x-y; here it is damped, 3/4 as far beyond the middle, which fits decimated meshes better
-(the damping is ours), and the predictions of all n such faces are averaged:
+Vertices come in the order in which `connectivity` met them. For each vertex, in this order:
 
-    p(v) = 1/n sum ((x + y) / 2 + 3/4 ((x + y) / 2 - z)) = sum (7 (x + y) - 6 z) / (8 n), rounded
+    look_around         its known neighbours and flaps                          `vertex_surroundings`
+    expect              two predictions, linear in vectors, which learn         `position_guess`
+    find_spreads        how far off they may be, in the plane and across        `position_spread`
+    list_candidates     places where it may be exactly                          `position_candidates`
+    code_value          each coordinate, given those before                     `position_value`
 
-Where there is no such face, p(v) is the mean of the known neighbours. The size of residuals follows the size of the
-triangles, so contexts are exponents relative to the local edge length. Integers throughout.
+and then all of them learn from what it was. Integers throughout, and every number begins as `position_priors` says.
 """
 from typing import NamedTuple
 
@@ -16,110 +16,114 @@ import numpy as np
 
 from ..errors import MeshError, StreamError
 from ..jit import njit
-from ..mesh import opposite_halfedges
-from .header import MAX_BITS
-from .range_coder import code_bit, code_raw, finish_encoding, new_contexts, new_weights, range_decoder, range_encoder
+from .fixed_point import exp2
+from .mixing import Mixer
+from .position_candidates import Candidates, learn_candidates, list_candidates, most_likely, new_candidates, weigh
+from .position_guess import PREDICTORS, Guess, expect, learn_to_guess, new_guess
+from .position_priors import MIX, PREDICTION, SERVED, SPREAD, SPREAD_OF_CANDIDATES
+from .position_spread import Spread, find_features, find_spreads, given_before, learn_spreads, new_spread
+from .position_value import BEFORE, LIMIT, LOOK, PLACE, Scene, code_value, new_scene, new_value_mixer
+from .range_coder import Coder, finish_encoding, new_contexts, new_weights, range_decoder, range_encoder
+from .vertex_surroundings import (
+    Memory,
+    Surface,
+    Surroundings,
+    look_around,
+    new_memory,
+    new_surroundings,
+    remember,
+    surface_of,
+)
 
 _REACH = 4                  # coordinates stay within +-4 of the unit frame
-_LIMIT = 1 << MAX_BITS + 2   # so lattice positions stay below this
-_BITS = MAX_BITS + 4        # longest residual
-_RELATIVE = 40              # contexts for half-octaves relative to a scale
-_MID = 20
-_SIZE, _PREVIOUS, _RECENT = 0, _RELATIVE, 2 * _RELATIVE
-_CONTEXTS, _MIXERS = 3 * _RELATIVE, _RELATIVE
+_MOST_BYTES = 3 * 80         # of a vertex: 24 buckets of 12 bits at most and 24 halves
 
 
-class _Neighbours(NamedTuple):
-    """What is known about vertex v when its turn comes, rows start[v]..start[v + 1] of each table.
+class _Model(NamedTuple):
+    """All that a coder of positions holds, in the order in which it is used."""
 
-    flaps (f, 3): x, y, z of the parallelograms; edges (e,): known neighbours.
-    """
+    surface: Surface
+    memory: Memory
+    room: Surroundings
+    guess: Guess
+    spread: Spread
+    candidates: Candidates
+    scene: Scene
+    mixer: Mixer
 
-    flap_start: np.ndarray
-    flaps: np.ndarray
-    edge_start: np.ndarray
-    edges: np.ndarray
+
+def _new_model(F: np.ndarray, n: int) -> _Model:
+    return _Model(surface_of(F, n), new_memory(n), new_surroundings(), new_guess(PREDICTION), new_spread(SPREAD),
+                  new_candidates(SERVED, SPREAD_OF_CANDIDATES), new_scene(), new_value_mixer(MIX))
 
 
-def _neighbours(F: np.ndarray, n: int) -> _Neighbours:
-    F = F.astype(np.int64)
-    opposite = opposite_halfedges(F)
-    x, y, apex = (np.roll(F, -k, axis=1).reshape(-1) for k in range(3))
-    z = np.where(opposite == np.arange(F.size), n, apex[opposite])
-    known = np.maximum(np.maximum(x, y), z) < apex
-    order = np.argsort(apex[known], kind="stable")
-    flaps = np.stack([x, y, z], 1)[known][order]
-    flap_start = np.searchsorted(apex[known][order], np.arange(n + 1))
-    ends = np.unique(np.sort(np.stack([x, y], 1), 1), axis=0)
-    by_end = ends[np.argsort(ends[:, 1], kind="stable")]
-    return _Neighbours(flap_start, np.ascontiguousarray(flaps), np.searchsorted(by_end[:, 1], np.arange(n + 1)),
-                       np.ascontiguousarray(by_end[:, 0]))
+@njit(inline="always")
+def _look(surface, memory, guess, at, v, axis):
+    """How even the known neighbours of v are on an axis: a context of 64."""
+    least, most, exact, count = 1 << 40, -(1 << 40), 0, 0
+    for i in range(surface.start[v], surface.start[v + 1]):
+        h = surface.corner[i]
+        f = h // 3
+        u = surface.F[f, (h - 3 * f + 1) % 3]
+        if u < v:
+            least, most = min(least, at[u, axis]), max(most, at[u, axis])
+            exact += memory.exact[u, axis]
+            count += 1
+    if count == 0:
+        return 63
+    apart, wide = abs(guess.means[0, axis] - guess.means[1, axis]), most - least
+    look = 0 if wide == 0 else (1 if wide < 4 else (2 if wide < 16 else 3))
+    look = 4 * look + (0 if exact == 0 else (2 if exact == count else 1))
+    return 4 * look + (0 if apart < 64 else (1 if apart < 256 else (2 if apart < 1024 else 3)))
+
+
+@njit(inline="always")
+def _code_vertex(coder, mixer, scene, model, at, v):
+    """Code the three coordinates of vertex v, which is expected already."""
+    guess, spread, candidates, memory = model.guess, model.spread, model.candidates, model.memory
+    farthest = 0
+    for axis in range(3):
+        for p in range(PREDICTORS):
+            scene.inverse[p] = (1 << 48) // exp2(given_before(spread, guess, scene.centre, at, v, p, axis))
+        scene.now[PLACE] = 4 * axis + spread.class_[0]
+        scene.now[LOOK] = _look(model.surface, memory, guess, at, v, axis)
+        start = (candidates.places[axis, most_likely(candidates)] + 128) >> 8
+        value = code_value(coder, mixer, scene, candidates, axis, start, at[v, axis])
+        at[v, axis] = value
+        for p in range(PREDICTORS):
+            off = min(abs((value << 8) - scene.centre[p]), 1 << 30) * scene.inverse[p] >> 24
+            spread.excess[p] += min(off, 4096) * min(off, 4096) >> 8
+        weigh(candidates, axis, value)
+        memory.exact[v, axis] = 1 if scene.reach[0] == 0 else 0
+        scene.now[BEFORE] = scene.reach[0]
+        farthest = max(farthest, scene.reach[0])
+    scene.now[BEFORE] = 8 + farthest
 
 
 @njit
-def _half_octaves(value):
-    """Floor of 2 log2 value, plus one; 0 for 0."""
-    square, out = value * value, 0
-    while square > 0:
-        out += 1
-        square >>= 1
-    return out
-
-
-@njit
-def _code_residual(coder, value, scale, previous, recent):
-    """One coordinate's residual; scale, previous, recent: sizes in half-octaves that it is measured against."""
-    size, length = abs(value), 0
-    while size >> length:
-        length += 1
-    t = 0
-    while t < _BITS:
-        i = min(max(2 * t - scale + _MID, 0), _RELATIVE - 1)
-        j = min(max(2 * t - previous + _MID, 0), _RELATIVE - 1)
-        k = min(max(2 * t - recent + _MID, 0), _RELATIVE - 1)
-        if code_bit(coder, 1 if length > t else 0, _SIZE + i, _PREVIOUS + j, _RECENT + k, i) == 0:
-            break
-        t += 1
-    if t == 0:
-        return 0
-    out = (1 << (t - 1)) | code_raw(coder, size, t - 1)
-    return -out if code_raw(coder, 1 if value < 0 else 0, 1) else out
-
-
-@njit
-def _code_positions(coder, at, near, guess, recent):
-    """Code all rows of `at` (n, 3) int64 in place; guess, recent (3,): room for one row, see `_new_rows`."""
+def _code_positions(coder, model, at):
+    """Code all rows of `at` (n, 3) int64 in place."""
+    surface, memory, room, guess, spread, candidates = (model.surface, model.memory, model.room, model.guess, model.spread,
+                                                        model.candidates)
     for v in range(len(at)):
-        first, last = near.flap_start[v], near.flap_start[v + 1]
-        count, reach = last - first, 0
-        if count > 0:
-            for axis in range(3):
-                total = 0
-                for f in range(first, last):
-                    x, y, z = near.flaps[f, 0], near.flaps[f, 1], near.flaps[f, 2]
-                    total += 7 * (at[x, axis] + at[y, axis]) - 6 * at[z, axis]
-                    reach += abs(at[x, axis] - at[y, axis])
-                guess[axis] = (total + 4 * count) // (8 * count)
-            reach //= count
-        else:
-            first, last = near.edge_start[v], near.edge_start[v + 1]
-            for axis in range(3):
-                total = 0
-                for e in range(first, last):
-                    total += at[near.edges[e], axis]
-                guess[axis] = total // (last - first) if last > first else 0
-            reach = 1 << 8
-        scale, previous = _half_octaves(reach), _half_octaves(reach)
-        for axis in range(3):
-            r = _code_residual(coder, at[v, axis] - guess[axis], scale, previous, recent[axis])
-            at[v, axis] = min(max(guess[axis] + r, -_LIMIT), _LIMIT)
-            previous = _half_octaves(abs(r))
-            recent[axis] = (3 * recent[axis] + previous + 2) >> 2
+        look_around(surface, memory, room, at, v)
+        expect(guess, surface, memory, room, at, v)
+        find_features(spread, guess, surface, room, v)
+        find_spreads(spread, guess)
+        list_candidates(candidates, guess, spread, room)
+        _code_vertex(coder, model.mixer, model.scene, model, at, v)
+        learn_to_guess(guess, at, v)
+        learn_spreads(spread, guess, memory.errors, at, v)
+        learn_candidates(candidates, spread.class_[0], memory.errors, at, v)
+        remember(surface, memory, at, v)
 
 
-def _new_rows() -> tuple[np.ndarray, np.ndarray]:
-    """guess and recent of `_code_positions`: of each coordinate, the prediction, and a running mean of residuals' sizes."""
-    return np.zeros(3, np.int64), np.full(3, 12, np.int64)
+def _no_contexts() -> tuple[np.ndarray, np.ndarray]:
+    return new_contexts(0), new_weights(0)
+
+
+def _encoder(n: int) -> Coder:
+    return range_encoder(*_no_contexts(), capacity=64 + _MOST_BYTES * n)
 
 
 def quantize_positions(V0: np.ndarray, bits: int) -> tuple[np.ndarray, np.ndarray]:
@@ -156,10 +160,10 @@ def encode_positions(ints: np.ndarray, F: np.ndarray) -> bytes:
     [[0, 0, 0], [8, 0, 0], [0, 8, 0], [8, -8, 0]]
     """
     at = np.array(ints, dtype=np.int64)
-    if (np.abs(at) >= _LIMIT).any():
-        raise MeshError(f"Expected lattice positions below {_LIMIT}, found {np.abs(at).max()}; use fewer position bits")
-    coder = range_encoder(new_contexts(_CONTEXTS), new_weights(_MIXERS), 64 + 3 * 3 * _BITS * len(at))
-    _code_positions(coder, at, _neighbours(F, len(at)), *_new_rows())
+    if (np.abs(at) >= LIMIT).any():
+        raise MeshError(f"Expected lattice positions below {LIMIT}, found {np.abs(at).max()}; use fewer position bits")
+    coder = _encoder(len(at))
+    _code_positions(coder, _new_model(F, len(at)), at)
     return finish_encoding(coder)
 
 
@@ -177,8 +181,8 @@ def decode_positions(data: bytes, F: np.ndarray) -> np.ndarray:
     """
     n = int(F.max()) + 1
     at = np.zeros((n, 3), np.int64)
-    coder = range_decoder(new_contexts(_CONTEXTS), new_weights(_MIXERS), data)
-    _code_positions(coder, at, _neighbours(F, n), *_new_rows())
-    if (np.abs(at) >= _LIMIT).any():
+    coder = range_decoder(*_no_contexts(), data)
+    _code_positions(coder, _new_model(F, n), at)
+    if (np.abs(at) >= LIMIT).any():
         raise StreamError("Expected base positions near the unit frame, found others; the file is corrupted")
     return at

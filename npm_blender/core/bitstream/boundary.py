@@ -7,16 +7,19 @@ from ..jit import njit
 
 # scalars of a boundary, indices into `Boundary.state`: nodes made; loops that wait; vertices and faces found; faces to find;
 # dummies to come; of the loop being closed its length and its pivot, the node with the fewest missing faces; the sender's
-# first face that may be outside the region
-NODES, WAITING, VERTICES, FACES, ALL_FACES, DUMMIES, LENGTH, PIVOT, SCAN = range(9)
+# first face that may be outside the region; steps along loops that are still allowed
+NODES, WAITING, VERTICES, FACES, ALL_FACES, DUMMIES, LENGTH, PIVOT, SCAN, STEPS = range(10)
+_LOOK_AHEAD = 64            # nodes among which a pivot is sought
+_STEPS_A_FACE, _STEPS = 256, 1 << 18  # along loops: what real meshes need is far below
 
 
 class Boundary(NamedTuple):
-    """Boundary loops of the region. A node is one visit of a loop to a vertex; the first five arrays are indexed by node.
+    """Boundary loops of the region. A node is one visit of a loop to a vertex; the first six arrays are indexed by node.
 
     name: new number of its vertex, -1 for a dummy; missing: faces still missing in its sector; after, before: its loop;
-    gate: half-edge from it to the next node, in a face of the region (sender only); waiting: a stack, one node of each loop
-    that waits; candidates: room for `_attach_old_vertex`; state (9,): scalars, see NODES. All int64.
+    gate: half-edge from it to the next node, in a face of the region (sender only); apex: number of the third vertex of that
+    face, -1 for a dummy; degree: by number of vertex; waiting: a stack, one node of each loop that waits; candidates: room
+    for `_attach_old_vertex`; state (10,): scalars, see NODES. All int64.
     """
 
     name: np.ndarray
@@ -24,6 +27,8 @@ class Boundary(NamedTuple):
     after: np.ndarray
     before: np.ndarray
     gate: np.ndarray
+    apex: np.ndarray
+    degree: np.ndarray
     waiting: np.ndarray
     candidates: np.ndarray
     state: np.ndarray
@@ -71,9 +76,9 @@ def next_halfedge(h):
 
 
 @njit
-def link(boundary, mesh, i, j, h):
-    """Make j the node after i, across a gate on half-edge h."""
-    boundary.after[i], boundary.before[j], boundary.gate[i] = j, i, h
+def link(boundary, mesh, i, j, h, apex):
+    """Make j the node after i, across a gate on half-edge h of a face whose third vertex is number `apex`."""
+    boundary.after[i], boundary.before[j], boundary.gate[i], boundary.apex[i] = j, i, h, apex
     if h >= 0:
         mesh.node_of[h] = i
 
@@ -85,14 +90,17 @@ def loop_length(boundary, i):
     while j != i:
         length += 1
         j = boundary.after[j]
+    boundary.state[STEPS] -= length
     return length
 
 
 @njit
 def least_missing(boundary, i):
-    """The first node at or after i with the fewest missing faces in its loop."""
+    """The first node with the fewest missing faces among node i and those after it, 64 of its loop at most."""
     best, j = i, boundary.after[i]
-    while j != i:
+    for _ in range(_LOOK_AHEAD - 1):
+        if j == i:
+            break
         if boundary.missing[j] < boundary.missing[best]:
             best = j
         j = boundary.after[j]
@@ -107,6 +115,7 @@ def add_candidates(boundary, first, length, count):
             boundary.candidates[count] = first
             count += 1
         first = boundary.after[first]
+    boundary.state[STEPS] -= length
     return count
 
 
@@ -127,6 +136,7 @@ def drop_waiting(boundary, i):
     for t in range(state[WAITING]):
         j = boundary.after[waiting[t]]
         while j != waiting[t] and j != i:
+            state[STEPS] -= 1
             j = boundary.after[j]
         if j == i:
             state[WAITING] -= 1
@@ -151,6 +161,6 @@ def next_face(boundary, mesh, sending):
 
 def new_boundary(faces: int, dummies: int) -> Boundary:
     """An empty region that is to have so many faces, and so many dummy vertices beside it."""
-    room, state = 8 * faces + 32, np.zeros(9, np.int64)
-    state[ALL_FACES], state[DUMMIES] = faces, dummies
-    return Boundary._make([*(np.zeros(room, np.int64) for _ in range(7)), state])
+    room, state = 8 * faces + 32, np.zeros(10, np.int64)
+    state[ALL_FACES], state[DUMMIES], state[STEPS] = faces, dummies, _STEPS + _STEPS_A_FACE * faces
+    return Boundary._make([*(np.zeros(room, np.int64) for _ in range(9)), state])

@@ -14,6 +14,7 @@ import numpy as np
 from ..errors import MeshError, StreamError
 from ..mesh import Renumbering, component_labels, opposite_halfedges, vertex_fans
 from .boundary import ClosedMesh, Numbering, new_boundary
+from .degree_coding import new_degree_mixer, new_surroundings
 from .range_coder import finish_encoding, new_contexts, new_weights, range_decoder, range_encoder
 from .region_growing import CONTEXTS, MIXERS, grow
 from .varint import read_varint, write_varint
@@ -80,7 +81,7 @@ def order_connectivity(F0: np.ndarray, n0: int) -> OrderedConnectivity:
     closed, borders = _close(F, n0)
     numbering = Numbering(np.zeros_like(F), np.zeros(n0, np.int64), np.zeros(len(F), np.int64))
     coder = range_encoder(*_models(), capacity=64 + 40 * len(closed.done))
-    found = grow(coder, new_boundary(len(F), borders), closed, numbering, 0)
+    found = grow(coder, new_degree_mixer(), new_surroundings(), new_boundary(len(F), borders), closed, numbering, 0)
     if found != n0:  # every manifold is covered: a bug, not an input
         raise RuntimeError(f"region growing covered {found} of {n0} vertices")
     order = Renumbering(numbering.vertex_of.astype(np.int32), (numbering.halfedge_of // 3).astype(np.int32),
@@ -140,7 +141,8 @@ def decode_connectivity(data: bytes) -> np.ndarray:
     nothing = np.zeros(0, np.int64)
     closed = ClosedMesh(nothing, nothing, nothing, nothing, nothing, nothing, nothing)
     numbering = Numbering(np.zeros((faces, 3), np.int64), nothing, nothing)
-    found = grow(range_decoder(*_models(), data[at:]), new_boundary(faces, borders), closed, numbering, 0)
+    found = grow(range_decoder(*_models(), data[at:]), new_degree_mixer(), new_surroundings(),
+                 new_boundary(faces, borders), closed, numbering, 0)
     try:
         if found < 3:
             raise MeshError("faces do not close up")

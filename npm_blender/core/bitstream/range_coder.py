@@ -224,6 +224,15 @@ def code_uniform(coder, value, count):
 
 
 @njit
+def code_exp_golomb(coder, value):
+    """Code 0 <= value < 2**31 - 1 in about 2 log2(value + 1) + 1 bits, all equally likely. Exp-Golomb: Teuhola 1978."""
+    rest, bits = value + 1, 0
+    while bits < ESCAPE_BITS and code_probability(coder, 1 if rest >> (bits + 1) else 0, ONE >> 1):
+        bits += 1
+    return ((1 << bits) | code_raw(coder, rest, bits)) - 1
+
+
+@njit
 def code_unsigned(coder, value, i, j, k, w, limit):
     """Code value >= 0: is it > 0, > 1, .. with contexts i + t, j + t, k + t, mixers w + t; from `limit` Exp-Golomb.
 
@@ -239,10 +248,7 @@ def code_unsigned(coder, value, i, j, k, w, limit):
     for t in range(limit):
         if code_bit(coder, 1 if value > t else 0, i + t, j + t, k + t, w + t) == 0:
             return t
-    rest, bits = value - limit + 1, 0
-    while bits < ESCAPE_BITS and code_probability(coder, 1 if rest >> (bits + 1) else 0, ONE >> 1):
-        bits += 1
-    return limit - 1 + ((1 << bits) | code_raw(coder, rest, bits))
+    return limit + code_exp_golomb(coder, value - limit)
 
 
 @njit

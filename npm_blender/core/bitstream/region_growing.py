@@ -20,6 +20,7 @@ from .boundary import (
     NODES,
     PIVOT,
     SCAN,
+    STEPS,
     VERTICES,
     WAITING,
     add_candidates,
@@ -31,34 +32,39 @@ from .boundary import (
     next_face,
     next_halfedge,
 )
+from .degree_coding import code_degree, code_is_old
 from .range_coder import ENCODE, MODE, code_bit, code_uniform, code_unsigned
 
-_DEGREE_STEPS = 12          # degrees 3..14 by context, above by Exp-Golomb
-_FIT = 8                    # missing-face counts are contexts 1..8
-_SPLIT, _DUMMY, _OTHER, _DEGREE = 0, 200, 210, 220  # first rows of the contexts
-CONTEXTS = _DEGREE + (2 * _FIT * _FIT + 2 * _FIT) * _DEGREE_STEPS + 4 * _DEGREE_STEPS
-MIXERS = 40
+_DUMMY, _OTHER = 0, 2       # rows of the coder's contexts
+CONTEXTS, MIXERS = 3, 4
 
 
 @njit
-def _code_degree(coder, degree, first, second):
-    """Degree of a new vertex, given the missing faces of the gate's ends (0, 0 at the start of a component)."""
-    first, second = min(first, _FIT - 1), min(second, _FIT - 1)
-    i = _DEGREE + (first * _FIT + second) * _DEGREE_STEPS
-    j = _DEGREE + (_FIT * _FIT + first) * _DEGREE_STEPS
-    k = _DEGREE + (_FIT * _FIT + 2 * _FIT) * _DEGREE_STEPS
-    return 3 + code_unsigned(coder, degree - 3, i, j, k, 0, _DEGREE_STEPS)
+def _degree_of(boundary, name):
+    """Degree of a vertex by its number, 0 for a dummy's -1."""
+    return boundary.degree[name] if name >= 0 else 0
 
 
 @njit
-def _start_component(coder, boundary, mesh, numbering, start):
+def _surroundings(boundary, around, a, b):
+    """What is known about the gate from node a to node b: missing faces and degrees, into `around`, see `degree_coding`."""
+    name, missing = boundary.name, boundary.missing
+    around[0], around[1] = max(missing[a], 1), max(missing[b], 1)
+    around[2], around[3] = max(missing[boundary.before[a]], 1), max(missing[boundary.after[b]], 1)
+    around[4], around[5] = _degree_of(boundary, name[a]), _degree_of(boundary, name[b])
+    around[6] = _degree_of(boundary, boundary.apex[a])
+    around[7] = boundary.state[LENGTH]
+
+
+@njit
+def _start_component(coder, mixer, around, boundary, mesh, numbering, start):
     """Code the first face of a component: three new vertices. start: the half-edge at which the very first begins (sender).
 
     Returns False if the data cannot be a mesh.
     """
     state = boundary.state
     sending, node, made = coder.rc[MODE] == ENCODE, state[NODES], state[FACES]
-    if node + 3 > len(boundary.name):
+    if node + 3 > len(boundary.name) or made == state[ALL_FACES]:
         return False
     h, degree = start, 0
     if sending and made > 0:
@@ -68,15 +74,18 @@ def _start_component(coder, boundary, mesh, numbering, start):
     if sending:
         numbering.halfedge_of[made] = h
         mesh.done[h // 3] = True
+    around[:] = 0
     for k in range(3):
         vertex = state[VERTICES]
+        around[1] = k
         if sending:
             mesh.seen[mesh.origin[h]] = True
             degree = mesh.degree[mesh.origin[h]]
             numbering.vertex_of[vertex] = mesh.origin[h]
-        degree = _code_degree(coder, degree, 0, k)
+        degree = code_degree(coder, mixer, degree, around)
+        boundary.degree[vertex] = degree
         boundary.name[node + k], boundary.missing[node + k], numbering.faces[made, k] = vertex, degree - 1, vertex
-        link(boundary, mesh, node + k, node + (k + 1) % 3, h if sending else -1)
+        link(boundary, mesh, node + k, node + (k + 1) % 3, h if sending else -1, vertex - k + (k + 2) % 3)
         h = next_halfedge(h)
         state[VERTICES] += 1
     boundary.waiting[0], state[WAITING] = node, 1
@@ -98,13 +107,13 @@ def _close_vertex(boundary, mesh, face):
         return c if missing[a] == 0 and missing[b] == 0 and missing[c] == 0 else -1
     state[LENGTH] -= 1
     if closes_b:
-        link(boundary, mesh, a, c, face.ac)
+        link(boundary, mesh, a, c, face.ac, boundary.name[b])
         if missing[a] == 0 or missing[c] == 0:
             return -1
         if state[PIVOT] == b:
             state[PIVOT] = least_missing(boundary, a)
     else:
-        link(boundary, mesh, c, b, face.cb)
+        link(boundary, mesh, c, b, face.cb, boundary.name[a])
         if missing[c] == 0:
             return -1
         if state[PIVOT] == a:
@@ -113,20 +122,17 @@ def _close_vertex(boundary, mesh, face):
 
 
 @njit
-def _meets_old_vertex(coder, boundary, mesh, face):
+def _meets_old_vertex(coder, mixer, around, boundary, mesh, face):
     """Whether the third vertex is one that the region has met."""
-    missing, state = boundary.missing, boundary.state
     met = 1 if coder.rc[MODE] == ENCODE and mesh.seen[mesh.origin[face.cb]] else 0
-    if state[LENGTH] > 4 or state[WAITING] > 0:
-        near, far = min(missing[boundary.before[face.a]], _FIT) - 1, min(missing[boundary.after[face.b]], _FIT) - 1
-        i = _SPLIT + (min(missing[face.a], _FIT) - 1) * _FIT + min(missing[face.b], _FIT) - 1
-        j, k = _SPLIT + 64 + near * _FIT + far, _SPLIT + 128 + min(state[LENGTH], 71)
-        met = code_bit(coder, met, i, j, k, 30)
+    _surroundings(boundary, around, face.a, face.b)
+    if boundary.state[LENGTH] > 4 or boundary.state[WAITING] > 0:
+        met = code_is_old(coder, mixer, met, around)
     return met
 
 
 @njit
-def _attach_new_vertex(coder, boundary, mesh, numbering, face):
+def _attach_new_vertex(coder, mixer, around, boundary, mesh, numbering, face):
     """Put a vertex that the region has not met, or a dummy, between a and b; returns its node."""
     state, degree, dummy = boundary.state, 0, 0
     if coder.rc[MODE] == ENCODE:
@@ -136,16 +142,17 @@ def _attach_new_vertex(coder, boundary, mesh, numbering, face):
         if not dummy:
             numbering.vertex_of[state[VERTICES]] = v
     if state[DUMMIES] > 0:
-        dummy = code_bit(coder, dummy, _DUMMY, _DUMMY, _DUMMY, 31)
+        dummy = code_bit(coder, dummy, _DUMMY, _DUMMY, _DUMMY, 0)
         state[DUMMIES] -= dummy
     if dummy:
-        degree = 3 + code_unsigned(coder, degree - 3, _DUMMY + 1, _DUMMY + 1, _DUMMY + 1, 32, 1)
+        degree = 3 + code_unsigned(coder, degree - 3, _DUMMY + 1, _DUMMY + 1, _DUMMY + 1, 1, 1)
     else:
-        degree = _code_degree(coder, degree, boundary.missing[face.a], boundary.missing[face.b])
+        degree = code_degree(coder, mixer, degree, around)
+        boundary.degree[state[VERTICES]] = degree
     c = state[NODES]
     boundary.name[c], boundary.missing[c] = -1 if dummy else state[VERTICES], degree - 1
-    link(boundary, mesh, face.a, c, face.ac)
-    link(boundary, mesh, c, face.b, face.cb)
+    link(boundary, mesh, face.a, c, face.ac, boundary.name[face.b])
+    link(boundary, mesh, c, face.b, face.cb, boundary.name[face.a])
     state[NODES] += 1
     state[VERTICES] += 1 - dummy
     state[LENGTH] += 1
@@ -161,7 +168,7 @@ def _code_candidate(coder, boundary, c, here, every):
         for t in range(here):
             if boundary.candidates[t] == c:
                 other = 0
-        if code_bit(coder, other, _OTHER, _OTHER, _OTHER, 33):
+        if code_bit(coder, other, _OTHER, _OTHER, _OTHER, 2):
             first = here
         else:
             last = here
@@ -195,9 +202,9 @@ def _attach_old_vertex(coder, boundary, mesh, face):
     second, into = state[NODES], boundary.before[c]
     boundary.name[second], missing[second] = boundary.name[c], between
     missing[c] -= 1 + between
-    link(boundary, mesh, into, second, boundary.gate[into])
-    link(boundary, mesh, a, c, face.ac)
-    link(boundary, mesh, second, b, face.cb)
+    link(boundary, mesh, into, second, boundary.gate[into], boundary.apex[into])
+    link(boundary, mesh, a, c, face.ac, boundary.name[b])
+    link(boundary, mesh, second, b, face.cb, boundary.name[a])
     state[NODES] += 1
     if index < here:
         boundary.waiting[state[WAITING]] = b
@@ -209,10 +216,10 @@ def _attach_old_vertex(coder, boundary, mesh, face):
 
 
 @njit
-def _add_face(coder, boundary, mesh, numbering):
+def _add_face(coder, mixer, around, boundary, mesh, numbering):
     """Add the next face to the region. Returns False if the data cannot be a mesh."""
     state, name, missing = boundary.state, boundary.name, boundary.missing
-    if state[NODES] + 2 > len(name):
+    if state[NODES] + 2 > len(name) or state[STEPS] < 0:
         return False
     face = next_face(boundary, mesh, coder.rc[MODE] == ENCODE)
     a, b = face.a, face.b
@@ -220,10 +227,10 @@ def _add_face(coder, boundary, mesh, numbering):
     missing[b] -= 1
     if missing[a] == 0 or missing[b] == 0:
         c = _close_vertex(boundary, mesh, face)
-    elif _meets_old_vertex(coder, boundary, mesh, face):
+    elif _meets_old_vertex(coder, mixer, around, boundary, mesh, face):
         c = _attach_old_vertex(coder, boundary, mesh, face)
     else:
-        c = _attach_new_vertex(coder, boundary, mesh, numbering, face)
+        c = _attach_new_vertex(coder, mixer, around, boundary, mesh, numbering, face)
     if c < 0:
         return False
     if name[a] >= 0 and name[b] >= 0 and name[c] >= 0:  # else the face is one of a dummy's
@@ -238,7 +245,7 @@ def _add_face(coder, boundary, mesh, numbering):
 
 
 @njit
-def grow(coder, boundary, mesh, numbering, start):
+def grow(coder, mixer, around, boundary, mesh, numbering, start):
     """Code all components; returns the number of vertices, or -1 if the data cannot be a mesh.
 
     boundary: a `new_boundary`; start: half-edge at which the first face begins (sender); the result is in `numbering`.
@@ -248,13 +255,13 @@ def grow(coder, boundary, mesh, numbering, start):
         if state[WAITING] == 0:
             if state[FACES] == state[ALL_FACES]:
                 return state[VERTICES]
-            if not _start_component(coder, boundary, mesh, numbering, start):
+            if not _start_component(coder, mixer, around, boundary, mesh, numbering, start):
                 return -1
         state[WAITING] -= 1
         loop = boundary.waiting[state[WAITING]]
         state[PIVOT] = least_missing(boundary, loop)
         state[LENGTH] = loop_length(boundary, loop)
         while state[LENGTH] > 0:
-            if not _add_face(coder, boundary, mesh, numbering):
+            if not _add_face(coder, mixer, around, boundary, mesh, numbering):
                 return -1
     return -1

@@ -30,8 +30,9 @@ GROWTH = 22                     # steps from level to level, over GROWTH_UNIT
 STEP_UNIT = 16
 SCHEMES = (0, SMOOTHEST // 2, SMOOTHEST)
 TRIED_LEVELS, FITTED_LEVELS = 2, 3  # at which schemes are compared, and the base of the best is fitted
-PASSES = 4                      # of a fit
-AIM, TRIES = 0.99, 3            # of a budget, and how often it is aimed at
+TRIAL_PASSES, PASSES = 2, 3     # of a fit, while schemes are compared and after
+MANY = 3000                     # faces of a base that is fitted at fewer levels
+AIM, FULL, TRIES = 0.988, 0.972, 4  # of a budget: what is aimed at, what is full, how often it is tried
 DEFAULT_FACES = 800             # of a base: about 0.8 kB
 FINEST, FINER = 260_000, 12     # faces of the finest level at most, in all and over those of the source
 STAGES = 14                     # at most
@@ -104,14 +105,15 @@ class FreeBase:
             fit = TwoWay(target.source, DisplacedSurface(order.F, n0, min(max(levels, 0), TRIED_LEVELS), smooth))
             none = np.zeros(int(fit.surface.first[-1]))
             # the source itself needs no fit
-            V = V0 if len(order.F) == len(target.mesh.F) and not smooth else fit_base(fit, V0, none, PASSES)
+            V = V0 if len(order.F) == len(target.mesh.F) and not smooth else fit_base(fit, V0, none, TRIAL_PASSES)
             error = target.error(fit.surface, V, none)
             if best is None or error < best[0]:
                 best = error, fit, V
         assert best is not None
         self.error, self._fit, V0 = best
-        if levels > TRIED_LEVELS:
-            self._fit = TwoWay(target.source, DisplacedSurface(order.F, n0, min(levels, FITTED_LEVELS), self._fit.surface.smooth))
+        if levels > TRIED_LEVELS and len(order.F) < MANY:
+            self._fit = TwoWay(target.source, DisplacedSurface(order.F, n0, FITTED_LEVELS, self._fit.surface.smooth))
+        if self.error > 0:
             none = np.zeros(int(self._fit.surface.first[-1]))
             V0 = fit_base(self._fit, V0, none, PASSES)
             self.error = target.error(self._fit.surface, V0, none)
@@ -235,15 +237,21 @@ class Stages:
 
     def _between(self, best: "Made", last: "Made", over: "Made", step: int, before: StageFit, budget: int) -> "Made":
         """The best of `best` and streams with steps between those of `last`, which fits the budget, and `over`."""
-        low, high = np.log([len(last.data), len(over.data)])
-        shift = int((np.log(AIM * budget) - low) / (high - low) * STEP_UNIT)
+        low, high = 0, STEP_UNIT  # steps beyond `step` that fit, and that do not
+        small, large = len(last.data), len(over.data)
         for _ in range(TRIES):
-            if shift <= 0:
+            share = (np.log(AIM * budget) - np.log(small)) / (np.log(large) - np.log(small))
+            shift = min(max(low + round((high - low) * share), low + 1), high - 1)
+            if high - low < 2:
                 break
-            found, now = self._one_stage(step + shift, before, 2.0 ** (shift / STEP_UNIT))
-            if len(now.data) <= budget:
-                return min(best, now, key=lambda one: one.error)
-            shift -= max(1, int(np.ceil(STEP_UNIT * np.log2(len(now.data) / budget) * 1.3)))
+            _, now = self._one_stage(step + shift, before, 2.0 ** (shift / STEP_UNIT))
+            if len(now.data) > budget:
+                high, large = shift, len(now.data)
+                continue
+            best = min(best, now, key=lambda one: one.error)
+            if len(now.data) > FULL * budget:
+                break
+            low, small = shift, len(now.data)
         return best
 
     @property

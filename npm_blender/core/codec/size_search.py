@@ -18,8 +18,8 @@ PLAIN = -1                      # levels of a plain base
 FULL, AIM, TRIES = 0.975, 0.99, 3  # of the budget: what is full, what is aimed at, how often
 PLAIN_BITS = (8, 9, 10, 11, 12, 13, 14)
 BYTES_PER_FACE = 1.15           # of a base, about
-FEWEST = 12
-SHARES = (0.55, 0.3)            # of the budget that the bases of displaced surfaces take
+FEWEST, FEW = 12, 1500          # faces of a base at least, and of one that gets three levels
+SHARES = (0.75, 0.45)           # of the budget that the bases of displaced surfaces take
 
 
 class BaseTooLarge(SettingsError):
@@ -115,7 +115,7 @@ def _whole(target: Target, free: FreeBase, bits: int) -> Made:
 def _displaced(target: Target, settings: CompressSettings, faces: int) -> Made | None:
     """A displaced surface whose steps fill the budget."""
     budget, lod = settings.budget, settings.lod
-    levels = lod.levels or levels_for(faces, len(target.mesh.F), 3)
+    levels = lod.levels or levels_for(faces, len(target.mesh.F), 3 if faces < FEW else 2)
     base = FreeBase(target, faces, levels, room=lod.base_faces != AUTO).rounded(settings.position_bits)
     stages = Stages(target, base)
     if len(stages.stream(stages.nothing(), 0)[0]) > budget:

@@ -1,3 +1,5 @@
+import time
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -118,3 +120,27 @@ def test_any_bytes_give_a_manifold_or_an_error(faces, borders, bits):
     except StreamError:
         return
     assert F.shape == (faces, 3) and topology_of(F).faces == faces
+
+
+@pytest.mark.parametrize("borders", [0, 2, 1000])
+@pytest.mark.parametrize("bits", [b"", b"\xff" * 40, bytes(range(256))])
+def test_a_promise_of_many_faces_ends_soon(borders, bits):
+    """Whatever the bytes, the time grows with the faces that they promise, not with their square."""
+    begun = time.process_time()
+    try:
+        decode_connectivity(write_varint(MAX_FACES) + write_varint(borders) + bits)
+    except StreamError:
+        pass
+    assert time.process_time() - begun < 20     # a second of it compiled; the rest is for the compilation
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.sampled_from(sorted(MESHES)), st.data())
+def test_prefixes_give_a_manifold_or_an_error(name, data):
+    F = canonical_order(np.asarray(MESHES[name]), int(np.max(MESHES[name])) + 1).F
+    whole = encode_connectivity(F)
+    try:
+        back = decode_connectivity(whole[:data.draw(st.integers(0, len(whole)))])
+    except StreamError:
+        return
+    assert topology_of(back).faces == len(F)

@@ -57,8 +57,9 @@ def test_metrics_agree_with_libigl_to_one_percent(scale):
 def test_the_measure_of_searches_is_that_of_the_tables():
     original, decoded = sphere(4, 0.1), sphere(2, 0.1)
     both = Original(original, N)
-    assert both.d_pm(decoded, N) == both.evaluate(decoded).d_pm
-    assert both.d_pm(decoded, N // 4) == pytest.approx(both.evaluate(decoded).d_pm, rel=0.02)
+    assert both.worse(decoded, N) == both.evaluate(decoded).worse
+    assert both.worse(decoded, N // 4) == pytest.approx(both.evaluate(decoded).worse, rel=0.02)
+    assert both.worse(decoded, N // 4) == Original(original, N // 4).evaluate(decoded).worse
 
 
 def test_a_spike_shows_in_the_largest_distance_and_a_dent_of_two_percent_in_the_percentile():
@@ -94,6 +95,14 @@ def test_what_is_missing_shows_in_the_reverse_distance_only():
     half = TriMesh(original.V, original.F[original.V[original.F].mean(1)[:, 2] > 0])
     m = evaluate(half, original, N)
     assert m.d_pm < 1e-6 and m.d_normal < 0.01 and m.d_reverse > 500
+    assert m.worse == m.d_reverse
+
+
+def test_a_part_too_many_counts_like_a_part_that_is_missing():
+    whole = sphere(4)
+    half = TriMesh(whole.V, whole.F[whole.V[whole.F].mean(1)[:, 2] > 0])
+    m = evaluate(whole, half, N)
+    assert m.d_reverse < 1e-6 and m.worse == m.d_pm > 500
 
 
 def test_distances_are_in_the_unit_cube_of_the_original():
@@ -121,6 +130,11 @@ def test_a_mesh_without_area_is_refused_by_name(which):
     good, flat = sphere(1), TriMesh(np.eye(3), np.array([[0, 0, 1]], np.int32))
     with pytest.raises(MeshError, match=f"Expected the {which} to have a surface"):
         evaluate(*((flat, good) if which == "decoded mesh" else (good, flat)), N)
+
+
+def test_a_search_refuses_a_mesh_without_area():
+    with pytest.raises(MeshError, match="Expected the decoded mesh to have a surface"):
+        Original(sphere(1), N).worse(TriMesh(np.eye(3), np.array([[0, 0, 1]], np.int32)), N)
 
 
 def test_compression_ratio_is_the_papers_formula():
