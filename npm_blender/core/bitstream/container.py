@@ -9,7 +9,7 @@ from zlib import crc32
 import numpy as np
 
 from ..errors import StreamError
-from ..mesh import hierarchy
+from ..mesh import hierarchy, opposite_halfedges
 from .base_positions import decode_positions, encode_positions
 from .chunks import CRC_BYTES, arrived, chunk_ends, framed_size, with_checksums
 from .connectivity import decode_connectivity, encode_connectivity
@@ -183,16 +183,17 @@ def _read_displaced(data: bytes, start: int, header: Header, grid: np.ndarray, F
     coding = header.coding
     assert isinstance(coding, DisplacedCoding)
     found = arrived(data, start, coding.payload, crc)
+    count = coding.stages * _finest_vertices(F0, len(grid), header.levels)
+    if count > MAX_NUMBERS:
+        raise StreamError(f"Expected at most {MAX_NUMBERS} numbers, found {count}; the file is corrupted")
     levels = hierarchy(F0, len(grid), header.levels)
     first = np.array([0, *(level.n for level in levels)], np.int64)
-    if coding.stages * first[-1] > MAX_NUMBERS:
-        raise StreamError(f"Expected at most {MAX_NUMBERS} numbers, found {coding.stages * first[-1]}; the file is corrupted")
     numbers = decode_displacements(found.payload, coding.stages, around(levels), first)
     # bytes of the payload, and with the checksums between them
     ends = np.array(chunk_ends(coding.payload), np.int64)
     at = start + numbers.ends + CRC_BYTES * np.searchsorted(ends, numbers.ends)
     whole = numbers.count == header.total_features
-    if whole and len(found.payload) == coding.payload:
+    if whole and numbers.count and len(found.payload) == coding.payload:
         at[-1] = len(data)
     wrong = found.corrupt
     if not wrong and len(found.payload) == coding.payload and not whole:
@@ -200,6 +201,15 @@ def _read_displaced(data: bytes, start: int, header: Header, grid: np.ndarray, F
     arrived_numbers = np.minimum(np.arange(len(at)) * numbers.group, numbers.count)
     return ParsedStream(header, grid, F0, DisplacedNumbers(numbers.table, numbers.coded), (arrived_numbers, at), start,
                         found.truncated, wrong)
+
+
+def _finest_vertices(F0: np.ndarray, n: int, levels: int) -> int:
+    """Vertices of the finest level over F0 (m0, 3) with n vertices, before any level is made."""
+    opposite, m = opposite_halfedges(F0), len(F0)
+    edges = (3 * m + np.count_nonzero(opposite == np.arange(3 * m))) // 2
+    for _ in range(levels):
+        n, edges, m = n + edges, 2 * edges + 3 * m, 4 * m
+    return int(n)
 
 
 def _check_size(faces: int, header: Header) -> None:
