@@ -4,7 +4,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from npm_blender.core.bitstream import around, canonical_order, decode_displacements, encode_displacements
+from npm_blender.core.bitstream import (
+    around,
+    canonical_order,
+    decode_displacements,
+    displacements,
+    encode_displacements,
+)
+from npm_blender.core.bitstream.header import MAX_LEVELS
 from npm_blender.core.mesh import hierarchy
 from tests.core.bitstream.samples import some_table
 from tests.meshes.base_meshes import TETRAHEDRON, double_torus, grid, sphere
@@ -116,3 +123,13 @@ def test_what_is_around_a_vertex_is_near_it_and_on_no_finer_level(name):
     for v in range(first[1], first[2]):
         ends, sides = near[v, 4:6], [u for u in near[v, :4] if u >= 0]
         assert all(tuple(sorted((v, int(u)))) in edges for u in (*ends, *sides))
+
+
+def test_every_level_that_a_stream_may_have_has_contexts_of_its_own(monkeypatch):
+    """In plain Python, an index beyond the contexts or the mixers raises."""
+    for name in ("_code_stages", "_code", "_beyond", "_size", "_sign", "code_bit", "code_signed", "code_unsigned"):
+        monkeypatch.setattr(displacements, name, getattr(getattr(displacements, name), "py_func", getattr(displacements, name)))
+    near = np.full((MAX_LEVELS + 1, 8), -1, np.int32)
+    table, first = np.stack([np.arange(1, MAX_LEVELS + 2), np.arange(-2, 2 * MAX_LEVELS, 2)]), np.arange(MAX_LEVELS + 2)
+    data, _ = encode_displacements(table, near, first)
+    assert np.array_equal(decode_displacements(data, 2, near, first).table, table)
