@@ -73,7 +73,7 @@ def order_connectivity(F0: np.ndarray, n0: int) -> OrderedConnectivity:
     >>> from npm_blender.core.bitstream import decode_connectivity, order_connectivity
     >>> order, data = order_connectivity(np.array([[3, 1, 0], [1, 3, 2]]), 4)
     >>> len(data), (decode_connectivity(data) == order.F).all().tolist()
-    (3, True)
+    (5, True)
     """
     F = np.ascontiguousarray(F0, dtype=np.int64)
     if not 0 < len(F) <= MAX_FACES:
@@ -113,7 +113,7 @@ def encode_connectivity(F: np.ndarray) -> bytes:
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import encode_connectivity
     >>> len(encode_connectivity(np.array([[0, 1, 2], [3, 1, 0]])))
-    3
+    5
     """
     F = np.asarray(F)
     order, data = order_connectivity(F, int(F.max()) + 1 if F.size else 0)

@@ -45,7 +45,7 @@ class EncodedBase(NamedTuple):
     >>> V0, F0 = np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]])
     >>> base = EncodedBase(F0, encode_connectivity(F0), encode_positions(V0, F0))
     >>> len(base.connectivity)
-    3
+    5
     """
 
     F0: np.ndarray
@@ -63,7 +63,7 @@ def encode_base(grid: np.ndarray, F0: np.ndarray, connectivity: bytes | None = N
     >>> from npm_blender.core.bitstream import encode_base
     >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]]))
     >>> len(base.connectivity)
-    3
+    5
     """
     return EncodedBase(F0, encode_connectivity(F0) if connectivity is None else connectivity, encode_positions(grid, F0))
 
@@ -72,21 +72,19 @@ def _body(header: Header, base: EncodedBase) -> bytes:
     """Header and base mesh, with their checksums."""
     coding, place = header.coding, np.array(header.low)
     wide = bool((place.astype(np.float32) != place).any())
-    latent = isinstance(coding, LatentCoding)
-    shape = header.levels << 4 | (0 if latent else coding.smooth)
-    head = [MAGIC, bytes([VERSION, latent * _LATENTS + wide * _WIDE, header.position_bits, shape]),
-            *map(write_varint, (header.total_features, header.source_faces, header.source_vertices)),
-            place.astype("<f8" if wide else "<f4").tobytes(), struct.pack("<f", header.size)]
-    if latent:
-        name = coding.model_id.encode("ascii")
-        head += [bytes([len(name)]), name, coding.weights_hash, bytes([coding.channels]),
-                 np.array(coding.steps, "<f4").tobytes()]
+    if isinstance(coding, LatentCoding):
+        latent, smooth, name = True, 0, coding.model_id.encode("ascii")
+        said = [bytes([len(name)]), name, coding.weights_hash, bytes([coding.channels]), np.array(coding.steps, "<f4").tobytes()]
     else:
-        head += [write_varint(coding.step), bytes([coding.growth, coding.stages]), write_varint(coding.payload),
-                 bytes(coding.ends)]
-    head += [*map(write_varint, (len(base.connectivity), len(base.positions)))]
-    said = b"".join(head)
-    body = said + (crc32(said) & 0xFFFF).to_bytes(2, "big") + base.connectivity + base.positions
+        latent, smooth = False, coding.smooth
+        said = [write_varint(coding.step), bytes([coding.growth, coding.stages]), write_varint(coding.payload),
+                bytes(coding.ends)]
+    head = b"".join([
+        MAGIC, bytes([VERSION, latent * _LATENTS + wide * _WIDE, header.position_bits, header.levels << 4 | smooth]),
+        *map(write_varint, (header.total_features, header.source_faces, header.source_vertices)),
+        place.astype("<f8" if wide else "<f4").tobytes(), struct.pack("<f", header.size), *said,
+        *map(write_varint, (len(base.connectivity), len(base.positions)))])
+    body = head + (crc32(head) & 0xFFFF).to_bytes(2, "big") + base.connectivity + base.positions
     return body + crc32(body).to_bytes(_CRC_BYTES, "big")
 
 
@@ -188,18 +186,18 @@ def _read_displaced(data: bytes, start: int, header: Header, grid: np.ndarray, F
         raise StreamError(f"Expected at most {MAX_NUMBERS} numbers, found {count}; the file is corrupted")
     levels = hierarchy(F0, len(grid), header.levels)
     first = np.array([0, *(level.n for level in levels)], np.int64)
-    numbers = decode_displacements(found.payload, coding.stages, around(levels), first)
+    coded = decode_displacements(found.payload, coding.stages, around(levels), first)
     # bytes of the payload, and with the checksums between them
     ends = np.array(chunk_ends(coding.payload), np.int64)
-    at = start + numbers.ends + CRC_BYTES * np.searchsorted(ends, numbers.ends)
-    whole = numbers.count == header.total_features
-    if whole and numbers.count and len(found.payload) == coding.payload:
+    at = start + coded.ends + CRC_BYTES * np.searchsorted(ends, coded.ends)
+    whole = coded.numbers == header.total_features
+    if whole and coded.numbers and len(found.payload) == coding.payload:
         at[-1] = len(data)
     wrong = found.corrupt
     if not wrong and len(found.payload) == coding.payload and not whole:
-        wrong = f"Expected {header.total_features} numbers, found {numbers.count}"
-    arrived_numbers = np.minimum(np.arange(len(at)) * numbers.group, numbers.count)
-    return ParsedStream(header, grid, F0, DisplacedNumbers(numbers.table, numbers.coded), (arrived_numbers, at), start,
+        wrong = f"Expected {header.total_features} numbers, found {coded.numbers}"
+    arrived_numbers = np.minimum(np.arange(len(at)) * coded.group, coded.numbers)
+    return ParsedStream(header, grid, F0, DisplacedNumbers(coded.table, coded.coded), (arrived_numbers, at), start,
                         found.truncated, wrong)
 
 

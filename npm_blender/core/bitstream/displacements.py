@@ -46,13 +46,13 @@ class Coded(NamedTuple):
     """Integers as far as they have arrived.
 
     table (stages, n) int64: of every vertex after each stage, twice the value of the stage before where none has arrived;
-    coded (stages, levels + 1) bool: the levels of a stage in which numbers are sent; count: how many of these have arrived,
+    coded (stages, levels + 1) bool: the levels of a stage in which numbers are sent; numbers: how many of these have arrived,
     stage by stage, level by level; ends (g + 1,) int64: bytes that the first 0, `group`, 2 `group`, .. and all of them take.
     """
 
     table: np.ndarray
     coded: np.ndarray
-    count: int
+    numbers: int
     ends: np.ndarray
     group: int = GROUP
 
@@ -215,7 +215,7 @@ def encode_displacements(table: np.ndarray, near: np.ndarray, first: np.ndarray)
     >>> from npm_blender.core.mesh import hierarchy
     >>> near = around(hierarchy(np.array([[0, 1, 2]]), 3, 1))
     >>> data, coded = encode_displacements(np.array([[0, 0, 0, 1, 0, -2]]), near, np.array([0, 3, 6]))
-    >>> coded.count, coded.coded.tolist()  # level 0 has none but zeros: one bit for all of it
+    >>> coded.numbers, coded.coded.tolist()  # level 0 has none but zeros: one bit for all of it
     (3, [[False, True]])
     """
     table = np.array(table, np.int64)
@@ -235,7 +235,7 @@ def decode_displacements(data: bytes, stages: int, near: np.ndarray, first: np.n
     >>> from npm_blender.core.mesh import hierarchy
     >>> near, first = around(hierarchy(np.array([[0, 1, 2]]), 3, 1)), np.array([0, 3, 6])
     >>> data, _ = encode_displacements(np.array([[0, 0, 0, 1, 0, -2]]), near, first)
-    >>> decode_displacements(data, 1, near, first).table.tolist(), decode_displacements(b"", 1, near, first).count
+    >>> decode_displacements(data, 1, near, first).table.tolist(), decode_displacements(b"", 1, near, first).numbers
     ([[0, 0, 0, 1, 0, -2]], 0)
     """
     table = np.zeros((stages, int(first[-1])), np.int64)

@@ -12,11 +12,12 @@ from ..mesh import TriMesh, hierarchy
 from ..network import load_weights
 from ..progress import Progress, no_progress, noted
 from ..settings import PAPER, PAPER_FACES, PAPER_LEVELS, CompressSettings, LodSettings
-from .displaced_sender import Target, checked, default_faces
+from .displaced_sender import checked, default_faces
 from .paper_sender import PaperSender, Sequence
 from .size_search import best_for
 from .source_facts import SourceFacts, in_frame, lattice_frame
 from .stage_clock import StageClock
+from .target import Target
 
 COMPILING = "first run: compiling takes up to a minute"
 SHARES = {"clean": 1, "fit": 8, "write": 0.2}  # of the progress bar
@@ -87,8 +88,9 @@ def compress(
     unit = in_frame(cleaned, frame)
     found = (_paper if paper else _displaced)(unit, SourceFacts(frame, len(mesh.F), len(mesh.V)), settings, clock)
     messages = (found.message,) if found.message else ()
-    return Compressed(found.data, CompressReport(len(mesh.F), found.base_faces, found.levels, len(found.data), found.features,
-                                                 cleaning.summary, messages, clock.seconds))
+    made = CompressReport(len(mesh.F), found.base_faces, found.levels, len(found.data), found.features, cleaning.summary,
+                             messages, clock.seconds)
+    return Compressed(found.data, made)
 
 
 @dataclass(frozen=True)
@@ -111,8 +113,8 @@ def _displaced(unit: TriMesh, facts: SourceFacts, settings: CompressSettings, cl
             made = best_for(target, settings, report)
             return _Sent(made.data, made.features, len(made.base.surface.F0), made.base.surface.levels, "")
         lod = settings.lod
-        stages, message = checked(target, lod.base_faces or default_faces(target), lod.levels, settings.position_bits, MOST_BYTES,
-                                  report)
+        faces = lod.base_faces or default_faces(target)
+        stages, message = checked(target, faces, lod.levels, settings.position_bits, MOST_BYTES, report)
     with clock.stage("write") as report:
         report(0.0, "Writing")
         data, count = stages.stream(stages.table, stages.step)

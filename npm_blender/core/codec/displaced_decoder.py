@@ -33,8 +33,8 @@ class DisplacedDecoder:
     @property
     def stops(self) -> tuple[int, ...]:
         """Numbers at the end of each stage."""
-        last = np.flatnonzero(np.append(np.diff(self._stage) > 0, True)) if len(self._stage) else []
-        return tuple(int(self._begin[i + 1]) for i in last)
+        ends = np.searchsorted(self._stage, np.unique(self._stage), side="right")
+        return tuple(int(self._begin[end]) for end in ends)
 
     def scalars(self, features: int) -> int:
         """Numbers in the first features: a feature is one."""

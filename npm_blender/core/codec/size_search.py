@@ -4,17 +4,21 @@ Candidates are displaced surfaces over bases of a few sizes, and plain bases wit
 best. All are made, measured the worse way, and compared.
 """
 from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 
 from ..bitstream import encode_base, order_connectivity
 from ..decimation import decimate
 from ..errors import SettingsError
+from ..progress import Progress, part
 from ..settings import AUTO, CompressSettings
-from .displaced_sender import FreeBase, Made, Stages, Target, levels_for
+from .fitted_base import PLAIN, FreeBase, levels_for
+from .one_stage import OneStage
+from .stages import Made, Stages
+from .target import Target
 
 HEAD = 50                       # bytes of a stream that are neither base nor details
-PLAIN = -1                      # levels of a plain base
 FULL, AIM, TRIES = 0.975, 0.99, 3  # of the budget: what is full, what is aimed at, how often
 PLAIN_BITS = (8, 9, 10, 11, 12, 13, 14)
 BYTES_PER_FACE = 1.15           # of a base, about
@@ -32,43 +36,43 @@ class BaseTooLarge(SettingsError):
         )
 
 
-def best_for(target: Target, settings: CompressSettings, tell: Callable[[float, str], None]) -> Made:
+def best_for(target: Target, settings: CompressSettings, tell: Progress) -> Made:
     """The stream for the budget of the settings. Raises BaseTooLarge where no base is so small."""
     made = []
     candidates = list(_candidates(target, settings))
     for i, candidate in enumerate(candidates):
-        tell(i / len(candidates), "Fitting")
-        found = candidate()
+        found = candidate(part(tell, i / len(candidates), (i + 1) / len(candidates)))
         if found:
             made.append(found)
     if not made:
-        least = FreeBase(target, settings.lod.base_faces or FEWEST, PLAIN, room=False)
-        small = _whole(target, least, settings.position_bits or PLAIN_BITS[0])
+        free = FreeBase(target, settings.lod.base_faces or FEWEST, PLAIN, room=False)
+        small = _whole(target, free, settings.position_bits or PLAIN_BITS[0])
         raise BaseTooLarge(len(small.data), len(small.base.surface.F0), settings.budget)
     return min(made, key=lambda one: one.error)
 
 
-def _candidates(target: Target, settings: CompressSettings) -> Iterator[Callable[[], Made | None]]:
+def _candidates(target: Target, settings: CompressSettings) -> Iterator[Callable[[Progress], Made | None]]:
     """What is tried."""
     budget, lod = settings.budget, settings.lod
     if lod.levels == AUTO:
-        yield lambda: _plain(target, settings)
+        yield partial(_plain, target, settings)
     faces = [lod.base_faces] if lod.base_faces != AUTO else [int(share * (budget - HEAD) / BYTES_PER_FACE) for share in SHARES]
     for count in faces:
         if count >= FEWEST and count < len(target.mesh.F):
-            yield lambda count=count: _displaced(target, settings, count)
+            yield partial(_displaced, target, settings, count)
 
 
-def _plain(target: Target, settings: CompressSettings) -> Made | None:
+def _plain(target: Target, settings: CompressSettings, tell: Progress) -> Made | None:
     """A base without levels that fills the budget, with the bits that suit it."""
     budget, asked, most = settings.budget, settings.lod.base_faces, len(target.mesh.F)
     tries = [settings.position_bits] if settings.position_bits else PLAIN_BITS
     faces = asked or min(max(int((budget - HEAD) / BYTES_PER_FACE), FEWEST), most)
     best: Made | None = None
-    for _ in range(TRIES):
-        free = FreeBase(target, faces, PLAIN, room=bool(asked))
+    for attempt in range(TRIES):
+        free = FreeBase(target, faces, PLAIN, part(tell, attempt / TRIES, (attempt + 0.5) / TRIES), room=bool(asked))
         options = []
         for bits in tries:
+            tell((attempt + 0.5) / TRIES, "Trying bits")
             made = _whole(target, free, bits)
             size = len(made.data)
             if size <= budget and (best is None or made.error < best.error):
@@ -85,15 +89,13 @@ def _plain(target: Target, settings: CompressSettings) -> Made | None:
 
 def _faces_that_fill(target: Target, budget: int, bits: int, faces: int, size: int) -> int:
     """Faces whose base takes about AIM of the budget, where so many took `size`; by bases that are not fitted."""
-    known = scale = None
+    scale = size / _unfitted_size(target, faces, bits)  # what the fit changes
+    now: float = size
     for _ in range(TRIES):
-        sized = _unfitted_size(target, faces, bits)
-        if known is None:
-            known, scale = sized, size / sized  # what the fit changes
-        now = sized * scale
         if 0.98 * budget < now < 0.998 * budget or (now < budget and faces == len(target.mesh.F)):
             break
         faces = min(max(int(faces * AIM * budget / now), FEWEST), len(target.mesh.F))
+        now = scale * _unfitted_size(target, faces, bits)
     return faces
 
 
@@ -112,12 +114,13 @@ def _whole(target: Target, free: FreeBase, bits: int) -> Made:
     return Made(*stages.stream(stages.nothing(), 0), base.error, base)
 
 
-def _displaced(target: Target, settings: CompressSettings, faces: int) -> Made | None:
+def _displaced(target: Target, settings: CompressSettings, faces: int, tell: Progress) -> Made | None:
     """A displaced surface whose steps fill the budget."""
     budget, lod = settings.budget, settings.lod
     levels = lod.levels or levels_for(faces, len(target.mesh.F), 3 if faces < FEW else 2)
-    base = FreeBase(target, faces, levels, room=lod.base_faces != AUTO).rounded(settings.position_bits)
+    free = FreeBase(target, faces, levels, part(tell, 0, 0.4), room=lod.base_faces != AUTO)
+    base = free.rounded(settings.position_bits)
     stages = Stages(target, base)
     if len(stages.stream(stages.nothing(), 0)[0]) > budget:
         return None
-    return stages.filled(budget)
+    return OneStage(stages).filled(budget, part(tell, 0.4, 1))

@@ -83,8 +83,14 @@ class DisplacedSurface:
         V0, moves: as for `build`. A smooth scheme goes on moving them; on a coarse level, they are the corners of a cage round
         the surface.
         """
-        further = min(level + AHEAD, self.levels) if self.smooth else level
-        return self.build(V0, moves, further).X[-1][: self.hierarchy[level].n]
+        return self.shown_of(self.build(V0, moves, self._further(level)).X, level)
+
+    def shown_of(self, X: list[np.ndarray], level: int) -> np.ndarray:
+        """As `shown`, from the vertices of the levels that `build` gives."""
+        return X[self._further(level)][: self.hierarchy[level].n]
+
+    def _further(self, level: int) -> int:
+        return min(level + AHEAD, self.levels) if self.smooth else level
 
     def build(self, V0: np.ndarray, moves: np.ndarray, level: int | None = None) -> SurfaceLevels:
         """Levels 0..level (None: the finest).

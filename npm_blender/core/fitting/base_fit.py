@@ -14,12 +14,12 @@ def _count(fit: TwoWay) -> int:
     return min(PER_VERTEX * fit.surface.n0, MOST)
 
 
-def fit_base(fit: TwoWay, V0: np.ndarray, moves: np.ndarray, passes: int = 6) -> np.ndarray:
+def fit_base(fit: TwoWay, V0: np.ndarray, moves: np.ndarray, passes: int) -> np.ndarray:
     """Base vertices (n0, 3) float64 from V0, so that the finest level, moved by `moves` (n,), is nearest to the source.
 
-    passes: how often distances are measured anew; between, block Gauss-Seidel on their linear model (see `two_way`). A fit of
-    the control mesh of a subdivision surface as in Hoppe, DeRose, Duchamp, Halstead, Jin, McDonald, Schweitzer, Stuetzle 1994
-    (*Piecewise smooth surface reconstruction*), both ways. All in the unit frame.
+    passes: how often distances are measured anew; one that does harm is taken back, and ends the fit. Between, block Gauss-Seidel
+    on their linear model (see `two_way`). A fit of the control mesh of a subdivision surface as in Hoppe, DeRose, Duchamp,
+    Halstead, Jin, McDonald, Schweitzer, Stuetzle 1994 (*Piecewise smooth surface reconstruction*), both ways. Unit frame.
 
     >>> import numpy as np
     >>> from npm_blender.core import TriMesh
@@ -27,16 +27,20 @@ def fit_base(fit: TwoWay, V0: np.ndarray, moves: np.ndarray, passes: int = 6) ->
     >>> from npm_blender.core.fitting import Source, TwoWay, fit_base
     >>> square = TriMesh.from_arrays([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
     >>> fit = TwoWay(Source(square, 500), DisplacedSurface(square.F, 4, levels=1, smooth=0))
-    >>> fitted = fit_base(fit, square.V + [0, 0, 0.1], np.zeros(9))
+    >>> fitted = fit_base(fit, square.V + [0, 0, 0.1], np.zeros(9), passes=4)
     >>> bool(np.abs(fitted[:, 2]).max() < 1e-3)  # it was lifted by 0.1
     True
     """
+    best, least = V0, np.inf
     for _ in range(passes):
         samples = fit.measured(fit.surface.build(V0, moves).X[-1], FLOOR, _count(fit))
-        start, row, weight = fit.columns(samples, 0)
-        curvature = _curvature(start, row, weight, samples.away)
+        if samples.mean > least:
+            return best
+        best, least = V0, samples.mean
+        columns = fit.columns(samples, 0)
+        curvature = _curvature(*columns, samples.away)
         pull = SPRING * curvature[:, [0, 3, 5]].mean()
-        V0 = V0 + _relaxed(start, row, weight, samples.away, samples.distance.copy(), curvature, pull, SWEEPS)
+        V0 = V0 + _relaxed(*columns, samples.away, samples.distance.copy(), curvature, pull, SWEEPS)
     return V0
 
 

@@ -25,8 +25,8 @@ REACH = 0.2  # of the length of its parent edge: how far a vertex moves in a pas
 
 
 class Stencils(NamedTuple):
-    """What the integers of one level do to the samples: start, row, push: columns; curvature (n,): squared, damped; reach
-    (n,): how far each may move, and moved (n,): how far it has, in steps; samples: each way."""
+    """What the integers of one level do to the samples: start, row, push: columns; curvature (n,): squared, damped; reach (n,):
+    how far each may move, and moved (n,): how far it has, in steps; samples: each way."""
 
     start: np.ndarray
     row: np.ndarray

@@ -7,10 +7,10 @@ from ..jit import compiled
 
 
 class Rows(NamedTuple):
-    """A sparse matrix by rows. start (n + 1,) int64, index (k,) int32, weight (k,) float64; columns: how many there are."""
+    """A sparse matrix by rows. start (n + 1,) int64, column (k,) int32, weight (k,) float64; columns: how many there are."""
 
     start: np.ndarray
-    index: np.ndarray
+    column: np.ndarray
     weight: np.ndarray
     columns: int
 
@@ -21,12 +21,14 @@ class Rows(NamedTuple):
 
     def times(self, other: "Rows") -> "Rows":
         """The product of both."""
-        return Rows(*_product(self.start, self.index, self.weight, other.start, other.index, other.weight, other.columns),
-                    other.columns)
+        start, column, weight = _product(self.start, self.column, self.weight, other.start, other.column, other.weight,
+                                         other.columns)
+        return Rows(start, column, weight, other.columns)
 
     def without(self, first: int) -> "Rows":
         """Its columns from `first` on."""
-        return Rows(*_tail(self.start, self.index, self.weight, first), self.columns - first)
+        start, column, weight = _tail(self.start, self.column, self.weight, first)
+        return Rows(start, column, weight, self.columns - first)
 
 
 class Columns(NamedTuple):
@@ -77,7 +79,7 @@ def _tail(start, index, weight, first):
 
 def columns_of(rows: Rows, corner: np.ndarray, share: np.ndarray) -> Columns:
     """How each column moves points that are sums of three rows: corner (k, 3) int32 rows, share (k, 3) weights."""
-    return Columns(*_columns(rows.start, rows.index, rows.weight, rows.columns, corner, share))
+    return Columns(*_columns(rows.start, rows.column, rows.weight, rows.columns, corner, share))
 
 
 @compiled(allocates=True)

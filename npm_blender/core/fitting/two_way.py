@@ -36,7 +36,8 @@ class Samples(NamedTuple):
         if 2 * count >= len(self.distance):
             return self
         pick = np.flatnonzero(self.rank < count)
-        return Samples(*(array[pick] for array in self[:-1]), self.mean)
+        return Samples(self.corner[pick], self.share[pick], self.away[pick], self.distance[pick], self.weight[pick],
+                       self.rank[pick], self.mean)
 
 
 class TwoWay:
@@ -85,10 +86,10 @@ class TwoWay:
         halves = np.tile([0.5, 0.5, 0.0], (len(edges), 1))
         weight = np.concatenate([area / np.maximum(there, floor) ** POWER, 1 / len(points) / np.maximum(back, floor) ** POWER])
         root = np.sqrt(weight)
+        rank = np.concatenate([self._rank[mine], source.rank[theirs]])
+        mean = max(float((area * there).sum()), float(back.mean()))
         return Samples(corner, np.concatenate([halves, share]), np.concatenate([away, reverse]) * root[:, None],
-                       np.concatenate([there, back]) * root, weight,
-                       np.concatenate([self._rank[mine], source.rank[theirs]]),
-                       max(float((area * there).sum()), float(back.mean())))
+                       np.concatenate([there, back]) * root, weight, rank, mean)
 
     def columns(self, samples: Samples, level: int) -> Columns:
         """How the vertices that are new at a level move the samples."""

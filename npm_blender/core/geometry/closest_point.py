@@ -28,8 +28,9 @@ class ClosestPoints:
         self._corners = corners[self._order]
 
     def moved(self, V: np.ndarray, F: np.ndarray) -> "ClosestPoints":
-        """The same faces F (m, 3) with other vertices V (n, 3), in a fraction of the time; queries are as fast while the tree
-        fits."""
+        """The same faces F (m, 3) with other vertices V (n, 3), made in a fraction of the time.
+
+        Queries take longer the farther they moved."""
         out = ClosestPoints.__new__(ClosestPoints)
         out._boxes, out._links, out._order = self._boxes.copy(), self._links, self._order
         out._corners = V[F[self._order]].reshape(-1, 9)

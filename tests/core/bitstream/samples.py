@@ -66,7 +66,7 @@ def displaced_sample(levels: int = 2, stages: int = 3, across: int = 2, seed: in
     payload, coded = encode_displacements(table, around(lods), first)
     ends = tuple(rng.integers(0, stages + 1, levels).tolist())
     coding = DisplacedCoding(smooth, 64, 22, stages, len(payload), ends)
-    header = Header(levels, 12, coded.count, 100_000, 50_002, LOW, 2.5, coding)
+    header = Header(levels, 12, coded.numbers, 100_000, 50_002, LOW, 2.5, coding)
     return Sample(write_displaced(header, base, payload), header, base, grid, table)
 
 

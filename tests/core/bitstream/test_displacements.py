@@ -47,9 +47,9 @@ def test_integers_come_back(name, levels, stages, seed):
     table = some_table(first, stages, np.random.default_rng(seed))
     data, sent = encode_displacements(table, near, first)
     found = decode_displacements(data, stages, near, first)
-    assert np.array_equal(found.table, table) and np.array_equal(found.coded, sent.coded) and found.count == sent.count
+    assert np.array_equal(found.table, table) and np.array_equal(found.coded, sent.coded) and found.numbers == sent.numbers
     assert np.array_equal(found.ends, sent.ends)
-    assert found.count == (np.diff(first) * found.coded).sum()
+    assert found.numbers == (np.diff(first) * found.coded).sum()
 
 
 @pytest.mark.parametrize("size", [14, 15, 40, 10**6, 2**29])
@@ -67,11 +67,11 @@ def test_every_prefix_gives_the_first_numbers_and_no_byte_comes_too_early():
     counts = []
     for cut in range(len(data) + 1):
         found = decode_displacements(data[:cut], 3, near, first)
-        assert np.array_equal(found.table, first_numbers(table, sent.coded, first, found.count))
-        counts.append(found.count)
-    assert counts == sorted(counts) and counts[-1] == sent.count
+        assert np.array_equal(found.table, first_numbers(table, sent.coded, first, found.numbers))
+        counts.append(found.numbers)
+    assert counts == sorted(counts) and counts[-1] == sent.numbers
     for k, end in enumerate(sent.ends):
-        number = min(k * sent.group, sent.count)
+        number = min(k * sent.group, sent.numbers)
         assert counts[end] >= number and (not number or counts[end - 1] < number)
 
 
@@ -80,7 +80,7 @@ def test_every_prefix_gives_the_first_numbers_and_no_byte_comes_too_early():
 def test_any_bytes_are_some_numbers(data, stages):
     near, first, _ = shape("open", 2)
     found = decode_displacements(data, stages, near, first)
-    assert found.table.shape == (stages, first[-1]) and 0 <= found.count <= found.table.size
+    assert found.table.shape == (stages, first[-1]) and 0 <= found.numbers <= found.table.size
     assert (np.diff(found.ends) >= 0).all() and found.ends[-1] <= len(data)
 
 
@@ -88,11 +88,11 @@ def test_levels_in_which_nothing_changes_cost_next_to_nothing():
     near, first, _ = shape("handles", 3)
     table = np.zeros((8, first[-1]), np.int64)
     data, sent = encode_displacements(table, near, first)
-    assert sent.count == 0 and not sent.coded.any() and len(data) <= 8
+    assert sent.numbers == 0 and not sent.coded.any() and len(data) <= 8
     table[0, :first[1]] = 1
     table = np.cumprod([table[0] * 0 + 1] + [table[0] * 0 + 2] * 7, 0) * table[0]
     data, sent = encode_displacements(table, near, first)
-    assert sent.count == first[1] and sent.coded.sum() == 1
+    assert sent.numbers == first[1] and sent.coded.sum() == 1
 
 
 def test_neighbours_that_are_alike_cost_less_than_strangers():

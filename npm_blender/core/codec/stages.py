@@ -1,0 +1,125 @@
+"""Integers of a displaced surface on a base, stage after stage, each kept only if it helps; and the stream that they make."""
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..bitstream import DisplacedCoding, Header, around, encode_displacements, write_displaced
+from ..displacement import DisplacedSurface
+from ..fitting import DetailFit, StageFit
+from ..mesh import TriMesh
+from .fitted_base import LEAST_ERROR, FittedBase
+from .target import CHECKED, Target
+
+GROWTH = 22                     # steps from level to level, over GROWTH_UNIT
+STEP_UNIT = 16
+SAME, NOT_WORSE = 1.01, 1.04    # errors of one level, and of two, that differ by less are the same: samples
+FIRST_STEP = 2.0                # step of level 0 in the first stage, over the error of the base
+TWICE = 4                       # stages of two passes, those after have one
+
+
+@dataclass(frozen=True)
+class Made:
+    """A stream: data; features: its numbers; error: the worse way, unit frame; base: what it is made on."""
+
+    data: bytes
+    features: int
+    error: float
+    base: FittedBase
+
+
+class Stages:
+    """Integers of a displaced surface on a base, stage after stage."""
+
+    def __init__(self, target: Target, base: FittedBase) -> None:
+        self.target, self.base = target, base
+        self.near = around(base.surface.hierarchy)
+        self.fit = DetailFit(target.source, base.surface, self.near)
+        self.step = int(np.clip(round(-STEP_UNIT * np.log2(FIRST_STEP * max(base.error, LEAST_ERROR))), 0, 1023))
+        self.values: list[np.ndarray] = []
+        self.ends: tuple[int, ...] = ()
+        self.errors = [base.error]
+        self._last: StageFit | None = None
+
+    def coding(self, step: int, stages: int, payload: int) -> DisplacedCoding:
+        """Of a stream whose first stage has `step`."""
+        ends = self.ends or (stages,) * self.base.surface.levels
+        return DisplacedCoding(self.base.surface.smooth, step, GROWTH, stages, payload, ends)
+
+    def error(self, value: np.ndarray, steps: np.ndarray) -> float:
+        """How far integers (n,) with steps (levels + 1,) leave the finest level from the source."""
+        return self.fit.error(self.base.V0, value * np.repeat(steps, np.diff(self.base.surface.first)), CHECKED)
+
+    def add(self) -> float:
+        """One stage more: what is left of the error. A stage that does not help stays empty."""
+        surface, stage = self.base.surface, len(self.values)
+        steps = self.coding(self.step, 1, 0).steps(surface.levels, stage)
+        found = self.fit.stage(self.base.V0, steps, self._last, surface.levels,
+                               passes=2 if stage < TWICE else 1)
+        error = self.error(found.value, steps)
+        if error > self.errors[-1]:
+            kept = 2 * self.values[-1] if self.values else np.zeros_like(found.value)
+            found, error = found._replace(value=kept), self.errors[-1]
+        self._last = found
+        self.values.append(found.value)
+        self.errors.append(error)
+        return error / max(self.errors[-2], 1e-12)
+
+    def settle(self) -> int:
+        """Decide after which stage each level but the finest stays as it is, so that more numbers are never farther off; and
+        return the finest level up to which none is farther off than the one below."""
+        surface, first = self.base.surface, self.base.surface.first
+        errors = np.empty((len(self.values) + 1, surface.levels + 1))
+        errors[:, -1] = self.errors
+        for k in range(len(errors)):
+            moves = np.zeros(int(first[-1]))
+            if k:
+                steps = self.coding(self.step, 1, 0).steps(surface.levels, k - 1)
+                moves += self.values[k - 1] * np.repeat(steps, np.diff(first))
+            X = surface.build(self.base.V0, moves).X
+            for level in range(surface.levels):
+                shown = TriMesh(surface.shown_of(X, level), surface.hierarchy[level].F)
+                errors[k, level] = self.target.source.error(shown, CHECKED // 2)
+        self.ends = tuple(_falling(errors[:, level]) for level in range(surface.levels))
+        for level, end in enumerate(self.ends):
+            errors[end:, level] = errors[end, level]
+        if not surface.smooth:  # without numbers, all levels are the same surface
+            errors[0] = errors[0, 0]
+        fine = (errors[:, 1:] <= NOT_WORSE * errors[:, :-1]).all(0)
+        return surface.levels if fine.all() else int(np.argmin(fine))
+
+    def leave_out(self, finest: int) -> None:
+        """Levels above `finest`, with their numbers."""
+        base = self.base
+        n = int(base.surface.first[finest + 1])
+        surface = DisplacedSurface(base.surface.F0, base.surface.n0, finest, base.surface.smooth)
+        self.base, self.near = replace(base, surface=surface), self.near[:n]
+        self.values, self.ends = [value[:n] for value in self.values], self.ends[:finest]
+
+    def stream(self, table: np.ndarray, step: int) -> tuple[bytes, int]:
+        """The stream of table (stages, n) whose first stage has `step`, and how many numbers it has."""
+        surface, facts = self.base.surface, self.target.facts
+        data, coded = encode_displacements(table, self.near, surface.first)
+        x, y, z = map(float, facts.frame.centre)
+        header = Header(surface.levels, self.base.bits, coded.numbers, facts.faces, facts.vertices, (x, y, z), facts.frame.size,
+                        self.coding(step, len(table), len(data)))
+        return write_displaced(header, self.base.coded, data), coded.numbers
+
+    @property
+    def table(self) -> np.ndarray:
+        """All stages (stages, n)."""
+        return np.array(self.values) if self.values else self.nothing()
+
+    def nothing(self) -> np.ndarray:
+        """A table without stages."""
+        return np.zeros((0, len(self.near)), np.int64)
+
+
+def _falling(errors: np.ndarray) -> int:
+    """The place up to which errors (k,) fall, or nearly stay."""
+    least, end = errors[0], 0
+    for k in range(1, len(errors)):
+        if errors[k] > SAME * least:
+            break
+        if errors[k] <= least:
+            least, end = errors[k], k
+    return end
