@@ -6,8 +6,9 @@
     mesh = open_stream(data).decode(level=2)                 # of these, or of any prefix that holds the base
 
 The rooms, from what comes first to what stands on it: `mesh`, `geometry`, `meshio`, `cleaning`, `parameterization`,
-`decimation`, `untangling`, `levels`, `network`, `bitstream`, `refinement`, `codec`, `evaluation`. Each is one sentence and its
-exports (docs/architecture.md is the tour). Nothing here imports bpy; torch is imported only where a gradient is needed.
+`decimation`, `untangling`, `levels`, `displacement`, `fitting`, `network`, `bitstream`, `codec`, `evaluation`. Each is one
+sentence and its exports (docs/architecture.md is the tour). Nothing here imports bpy; torch is imported only where a gradient
+is needed.
 """
 from typing import TYPE_CHECKING
 

@@ -17,6 +17,7 @@ MAY_IMPORT = {
     "mesh": {"errors"},  # never jit: it must load without numba
     "geometry": {"mesh"} | GROUND,
     "parameterization": {"mesh", "geometry"} | GROUND,
+    "displacement": {"mesh"},  # never jit: Blender's window decodes with it
     "network": {"mesh", "errors", "lazy"},  # never jit; torch in torch_backend only
     "bitstream": {"mesh", "jit", "errors", "lazy"},  # from jit only njit: a test below
     "meshio": {"mesh", "geometry"} | GROUND,
@@ -24,8 +25,9 @@ MAY_IMPORT = {
     "untangling": {"mesh", "geometry"} | GROUND,
     "decimation": {"mesh", "geometry", "parameterization"} | GROUND,
     "levels": {"mesh", "geometry", "parameterization", "decimation", "untangling"} | GROUND,
-    "refinement": {"mesh", "geometry", "network", "levels"} | GROUND,
-    "codec": {"mesh", "geometry", "cleaning", "decimation", "levels", "network", "bitstream", "refinement"} | GROUND,
+    "fitting": {"mesh", "geometry", "displacement"} | GROUND,
+    "codec": {"mesh", "geometry", "cleaning", "decimation", "levels", "network", "bitstream", "displacement",
+              "fitting"} | GROUND,
     "evaluation": {"mesh", "geometry", "codec"} | GROUND,
 }
 ROOMS = sorted(p.parent.name for p in CORE.glob("*/__init__.py"))

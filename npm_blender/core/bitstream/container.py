@@ -9,9 +9,9 @@ from zlib import crc32
 import numpy as np
 
 from ..errors import StreamError
-from ..mesh import hierarchy
+from ..mesh import hierarchy, opposite_halfedges
 from .base_positions import decode_positions, encode_positions
-from .chunks import arrived, chunk_ends, framed_size, with_checksums
+from .chunks import CRC_BYTES, arrived, chunk_ends, framed_size, with_checksums
 from .connectivity import decode_connectivity, encode_connectivity
 from .displacements import around, decode_displacements
 from .header import (
@@ -25,9 +25,7 @@ from .header import (
     ParsedStream,
     check_header,
 )
-from .packet_encoder import PacketEncoder
-from .packet_encoder import with_checksums as packets_with_checksums
-from .packets import CRC_BYTES as PACKET_CRC_BYTES
+from .packet_encoder import encode_packets
 from .packets import Features, read_packets
 from .significance import faces_of
 from .varint import read_varint, write_varint
@@ -91,27 +89,57 @@ def _body(header: Header, base: EncodedBase) -> bytes:
 
 
 def write_displaced(header: Header, base: EncodedBase, payload: bytes) -> bytes:
-    """A whole stream of a displaced surface; payload: from `encode_displacements`, as long as `header.coding` says."""
+    """A whole stream of a displaced surface; payload: from `encode_displacements`, as long as `header.coding` says.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import *
+    >>> F0 = np.array([[0, 1, 2], [3, 1, 0]])
+    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), F0)
+    >>> header = Header(0, 8, 0, 2, 4, (0, 0, 0), 1.0, DisplacedCoding(0, 0, 22, 0, 0))
+    >>> read_stream(write_displaced(header, base, b"")).grid.tolist()
+    [[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]
+    """
     body = _body(header, base)
     return body + with_checksums(payload, int.from_bytes(body[-_CRC_BYTES:], "big") & 0xFFFF)
 
 
 def displaced_size(header: Header, base: EncodedBase, payload: int) -> int:
-    """Bytes of a whole stream whose payload has so many."""
+    """Bytes of a whole stream whose payload has so many.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import *
+    >>> F0 = np.array([[0, 1, 2], [3, 1, 0]])
+    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), F0)
+    >>> header = Header(0, 8, 0, 2, 4, (0, 0, 0), 1.0, DisplacedCoding(0, 0, 22, 0, 0))
+    >>> displaced_size(header, base, payload=0) == len(write_displaced(header, base, b""))
+    True
+    """
     return len(_body(header, base)) + framed_size(payload, payload)
 
 
 def write_latents(header: Header, base: EncodedBase, features: LatentFeatures) -> bytes:
-    """A whole stream of latents, features in order of importance, header.total_features of them."""
+    """A whole stream of latents, features in order of importance, header.total_features of them. Raises StreamError where the
+    shapes do not fit, a face comes twice in a level, or something is out of range.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import *
+    >>> F0 = np.array([[0, 1, 2], [3, 1, 0]])
+    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), F0)
+    >>> header = Header(1, 8, 1, 2, 4, (0, 0, 0), 1.0, LatentCoding("demo", bytes(8), (0.5,), channels=2))
+    >>> data = write_latents(header, base, LatentFeatures(np.array([0]), np.array([1]), np.array([[3, -4]])))
+    >>> read_stream(data).details.value.tolist()
+    [[3, -4]]
+    """
     assert isinstance(header.coding, LatentCoding)
     if features.value.shape != (header.total_features, header.coding.channels):
         raise StreamError(f"Expected {header.total_features} features of {header.coding.channels} numbers, "
                           f"found {features.value.shape}; give level, face and value of equal lengths")
     _check_size(len(base.F0), header)
-    faces = faces_of(base.F0, header.levels, 0)
-    packets = PacketEncoder(faces, Features(features.level, features.face, features.value)).packets()
+    faces = faces_of(base.F0, header.levels)
     body = _body(header, base)
-    return body + b"".join(packets_with_checksums(packets, int.from_bytes(body[-_CRC_BYTES:], "big") & 0xFFFF))
+    packets = encode_packets(faces, Features(features.level, features.face, features.value),
+                             int.from_bytes(body[-_CRC_BYTES:], "big") & 0xFFFF)
+    return body + b"".join(packets)
 
 
 def read_stream(data: bytes, strict: bool = False) -> ParsedStream:
@@ -143,9 +171,9 @@ def read_stream(data: bytes, strict: bool = False) -> ParsedStream:
 
 def _read_latents(data: bytes, start: int, header: Header, grid: np.ndarray, F0: np.ndarray, crc: int) -> ParsedStream:
     assert isinstance(header.coding, LatentCoding)
-    faces = faces_of(F0, header.levels, 0)
+    faces = faces_of(F0, header.levels)
     packets = read_packets(data, start, faces, header.coding.channels, header.total_features, crc)
-    return ParsedStream(header, grid, F0, LatentFeatures(packets.group, packets.face, packets.value),
+    return ParsedStream(header, grid, F0, LatentFeatures(packets.level, packets.face, packets.value),
                         (packets.features, packets.bytes), start, packets.truncated, packets.corrupt)
 
 
@@ -153,16 +181,17 @@ def _read_displaced(data: bytes, start: int, header: Header, grid: np.ndarray, F
     coding = header.coding
     assert isinstance(coding, DisplacedCoding)
     found = arrived(data, start, coding.payload, crc)
+    count = coding.stages * _finest_vertices(F0, len(grid), header.levels)
+    if count > MAX_NUMBERS:
+        raise StreamError(f"Expected at most {MAX_NUMBERS} numbers, found {count}; the file is corrupted")
     levels = hierarchy(F0, len(grid), header.levels)
     first = np.array([0, *(level.n for level in levels)], np.int64)
-    if coding.stages * first[-1] > MAX_NUMBERS:
-        raise StreamError(f"Expected at most {MAX_NUMBERS} numbers, found {coding.stages * first[-1]}; the file is corrupted")
     coded = decode_displacements(found.payload, coding.stages, around(levels), first)
     # bytes of the payload, and with the checksums between them
     ends = np.array(chunk_ends(coding.payload), np.int64)
-    at = start + coded.ends + PACKET_CRC_BYTES * np.searchsorted(ends, coded.ends)
+    at = start + coded.ends + CRC_BYTES * np.searchsorted(ends, coded.ends)
     whole = coded.numbers == header.total_features
-    if whole and len(found.payload) == coding.payload:
+    if whole and coded.numbers and len(found.payload) == coding.payload:
         at[-1] = len(data)
     wrong = found.corrupt
     if not wrong and len(found.payload) == coding.payload and not whole:
@@ -170,6 +199,15 @@ def _read_displaced(data: bytes, start: int, header: Header, grid: np.ndarray, F
     arrived_numbers = np.minimum(np.arange(len(at)) * coded.group, coded.numbers)
     return ParsedStream(header, grid, F0, DisplacedNumbers(coded.table, coded.coded), (arrived_numbers, at), start,
                         found.truncated, wrong)
+
+
+def _finest_vertices(F0: np.ndarray, n: int, levels: int) -> int:
+    """Vertices of the finest level over F0 (m0, 3) with n vertices, before any level is made."""
+    opposite, m = opposite_halfedges(F0), len(F0)
+    edges = (3 * m + np.count_nonzero(opposite == np.arange(3 * m))) // 2
+    for _ in range(levels):
+        n, edges, m = n + edges, 2 * edges + 3 * m, 4 * m
+    return int(n)
 
 
 def _check_size(faces: int, header: Header) -> None:

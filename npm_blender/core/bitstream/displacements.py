@@ -32,7 +32,7 @@ _AHEAD = 4  # bytes that a reader has looked at before it decides anything
 GROUP = 32  # numbers between two entries of `Displacements.ends`
 _LIMIT = 14
 _STRIDE = _LIMIT + 1
-_LEVELS, _SIZES = 8, 8
+_LEVELS, _SIZES = 9, 8  # levels 0..MAX_LEVELS of a stream; classes of sizes
 _FRESH_J = _LEVELS * _SIZES
 _FRESH_K = 2 * _LEVELS * _SIZES
 _AGAIN = _FRESH_K + _SIZES * _SIZES
@@ -61,7 +61,13 @@ def around(hierarchy: list[Level]) -> np.ndarray:
     """Vertices around each vertex of the finest level, (n, 8) int32, -1 where there is none.
 
     For a vertex on an edge: the four vertices on the other edges of the two faces at it, the ends of the edge, the
-    apexes of the two faces. For a base vertex: up to eight of its neighbours.
+    apexes of the two faces. For a base vertex: up to eight of its neighbours, ascending.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import around
+    >>> from npm_blender.core.mesh import hierarchy
+    >>> around(hierarchy(np.array([[0, 1, 2]]), 3, 1))[3].tolist()  # on edge 0-1 of one face: it has no second one
+    [5, 4, -1, -1, 0, 1, 2, -1]
     """
     out = [_ring(hierarchy[0])]
     for level in hierarchy[:-1]:
@@ -200,9 +206,17 @@ def _coded(coder: Coder, table: np.ndarray, near: np.ndarray, first: np.ndarray,
 
 
 def encode_displacements(table: np.ndarray, near: np.ndarray, first: np.ndarray) -> tuple[bytes, Coded]:
-    """Bytes of table (stages, n) int64, integers of every stage, and what their reader will have.
+    """Bytes of table (stages, n) int64, integers of every stage, and what their reader will have (`Coded`).
 
-    near: from `around`; first (levels + 2,): vertices first[i]..first[i + 1] - 1 are new at level i.
+    near (n, 8) int32: from `around`; first (levels + 2,) int64: vertices first[i]..first[i + 1] - 1 are new at level i. Ours.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import around, encode_displacements
+    >>> from npm_blender.core.mesh import hierarchy
+    >>> near = around(hierarchy(np.array([[0, 1, 2]]), 3, 1))
+    >>> data, coded = encode_displacements(np.array([[0, 0, 0, 1, 0, -2]]), near, np.array([0, 3, 6]))
+    >>> coded.numbers, coded.coded.tolist()  # level 0 has none but zeros: one bit for all of it
+    (3, [[False, True]])
     """
     table = np.array(table, np.int64)
     coder = range_encoder(new_contexts(_CONTEXTS), new_weights(_MIXERS), 64 + table.size * 9)
@@ -216,7 +230,16 @@ def encode_displacements(table: np.ndarray, near: np.ndarray, first: np.ndarray)
 
 
 def decode_displacements(data: bytes, stages: int, near: np.ndarray, first: np.ndarray) -> Coded:
-    """What has arrived of the bytes of `encode_displacements`, or of a prefix of them."""
+    """What has arrived (`Coded`) of the bytes of `encode_displacements`, or of a prefix of them; near, first: as there.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import around, decode_displacements, encode_displacements
+    >>> from npm_blender.core.mesh import hierarchy
+    >>> near, first = around(hierarchy(np.array([[0, 1, 2]]), 3, 1)), np.array([0, 3, 6])
+    >>> data, _ = encode_displacements(np.array([[0, 0, 0, 1, 0, -2]]), near, first)
+    >>> decode_displacements(data, 1, near, first).table.tolist(), decode_displacements(b"", 1, near, first).numbers
+    ([[0, 0, 0, 1, 0, -2]], 0)
+    """
     table = np.zeros((stages, int(first[-1])), np.int64)
     coder = range_decoder(new_contexts(_CONTEXTS), new_weights(_MIXERS), data)
     found = _coded(coder, table, near, first, 0)

@@ -128,7 +128,13 @@ def check_header(fine: bool, expected: str, found: object) -> None:
 
 @dataclass(frozen=True)
 class LatentFeatures:
-    """Latents that arrived, in the order of the stream: level (k,) uint8, face (k,) int32 of it, value (k, channels) int32."""
+    """Latents that arrived, in the order of the stream: level (k,) uint8, face (k,) int32 of it, value (k, channels) int32.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import LatentFeatures
+    >>> LatentFeatures(np.array([0]), np.array([7]), np.array([[1, 0, -2, 0, 0, 0, 0, 0]])).value.shape
+    (1, 8)
+    """
 
     level: np.ndarray
     face: np.ndarray
@@ -141,6 +147,12 @@ class DisplacedNumbers:
 
     table (stages, n) int64: of every vertex after each stage, twice the value of the stage before where none has arrived;
     coded (stages, levels + 1) bool: the levels of a stage in which numbers are sent.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import DisplacedNumbers
+    >>> numbers = DisplacedNumbers(table=np.array([[0, 0, 0, 1], [0, 0, 0, 3]]), coded=np.array([[False, True]] * 2))
+    >>> (numbers.table[1] - 2 * numbers.table[0]).tolist()  # what the second stage sent
+    [0, 0, 0, 1]
     """
 
     table: np.ndarray
@@ -155,6 +167,13 @@ class ParsedStream:
     `header.coding`; ends: (features, bytes), int64 (p + 1,) each: features that have arrived with so many bytes of the file,
     from the base mesh on; base_bytes: offset behind the base mesh; truncated: the data end before the last promised
     feature; corrupt: what damage ended the reading, or None.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import DisplacedCoding, DisplacedNumbers, Header, ParsedStream
+    >>> header = Header(0, 8, 0, 2, 4, (0, 0, 0), 1.0, DisplacedCoding(0, 0, 22, 0, 0))
+    >>> numbers, ends = DisplacedNumbers(np.zeros((0, 3)), np.zeros((0, 1), bool)), (np.array([0]), np.array([99]))
+    >>> ParsedStream(header, 64 * np.eye(3, dtype=int), np.array([[0, 1, 2]]), numbers, ends, 99, False, None).V0[0].tolist()
+    [0.25, 0.0, 0.0]
     """
 
     header: Header

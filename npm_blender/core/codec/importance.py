@@ -1,15 +1,12 @@
 """Order of importance of the features (paper section 3.3 and its appendix A).
 
-Latents come first: a latent is one face's vector of 8 numbers at one level. Offsets follow: a feature of offsets is
-what one face's edges are moved by. Faces of levels 0..L-1 are numbered one level after the other: number = first number
-of the level + face.
+A feature is a latent: one face's vector of 8 numbers at one level. Faces of levels 0..L-1 are numbered one level after the
+other: number = first number of the level + face.
 """
 
 import numpy as np
 
 from ..mesh import Level
-
-LATENTS = 40  # that are sent at most; after them offsets save more for each byte
 
 
 def first_numbers(levels: list[Level]) -> np.ndarray:
@@ -50,42 +47,3 @@ def measured_gains(errors: list[np.ndarray], levels: list[Level]) -> np.ndarray:
     for i in range(len(gains) - 2, -1, -1):
         gains[i] = np.maximum(gains[i], gains[i + 1].reshape(len(gains[i]), 4).max(1) * (1 + 1e-9))
     return np.concatenate(gains)
-
-
-def offset_order(offsets: list[np.ndarray], errors: list[np.ndarray], levels: list[Level]) -> np.ndarray:
-    """Numbers of the faces that have an offset to send, by what they save for each bit that they are about to cost.
-
-    offsets: integers (e_i,) per level; errors: as for `measured_gains`, of decodes with the offsets of no level, of level
-    0, of levels 0 and 1, ...
-    """
-    sizes = np.concatenate([np.abs(o)[level.edge_of].reshape(-1, 3) for o, level in zip(offsets, levels, strict=True)])
-    bits = (1 + 2 * np.log2(1 + sizes)).sum(1)
-    order = np.argsort(-measured_gains(errors, levels) / bits, kind="stable")
-    return order[(sizes[order] > 0).any(1)]
-
-
-def edge_ranks(order: np.ndarray, levels: list[Level]) -> list[np.ndarray]:
-    """Rank of the first face of each edge in an order of faces, (e_i,) per level; len(order) where none has it."""
-    rank = np.full(first_numbers(levels)[-1], len(order))
-    rank[order] = np.arange(len(order))
-    out = []
-    for own, level in zip(np.split(rank, first_numbers(levels)[1:-1]), levels, strict=True):
-        a, b = level.edge_halfedge.T
-        out.append(np.minimum(own[a // 3], own[b // 3]))
-    return out
-
-
-def carriers(order: np.ndarray, offsets: list[np.ndarray], levels: list[Level]) -> np.ndarray:
-    """`order` without the faces whose edges are zero, or are all on faces before them. offsets: as for `offset_order`."""
-    rank = np.full(first_numbers(levels)[-1], len(order))
-    rank[order] = np.arange(len(order))
-    first = np.concatenate([r[level.edge_of] for r, level in zip(edge_ranks(order, levels), levels, strict=True)])
-    sent = np.concatenate([o[level.edge_of] != 0 for o, level in zip(offsets, levels, strict=True)])
-    brings = (sent & (first == np.repeat(rank, 3))).reshape(-1, 3).any(1)
-    return order[brings[order]]
-
-
-def offset_values(offsets: list[np.ndarray], levels: list[Level], channels: int) -> np.ndarray:
-    """The features (k, channels) of the offsets of all faces: one number for each half-edge, then zeros."""
-    edges = [o[level.edge_of].reshape(-1, 3) for o, level in zip(offsets, levels, strict=True)]
-    return np.pad(np.concatenate(edges), ((0, 0), (0, channels - 3)))

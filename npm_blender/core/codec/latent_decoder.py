@@ -49,7 +49,7 @@ class LatentDecoder:
                 below = before[1].hidden if before else None
                 step = predict(NUMPY, self._params, i, out[i], below, self._latents(features, i), self._meshes[i])
                 known = self._steps[i] = seen, step._replace(hidden=self._handed_down(i, step.hidden))
-            out.append(known[1].vertices(NUMPY, None))
+            out.append(known[1].V)
         return out[-1]
 
     def _handed_down(self, level: int, hidden: np.ndarray) -> np.ndarray | None:

@@ -26,7 +26,7 @@ class OneStage:
             found, now = self._one_stage(self.stages.step + stage * STEP_UNIT, before, 2)
             if len(now.data) > budget:
                 return self._between(best, last, now, self.stages.step + (stage - 1) * STEP_UNIT, before, budget)
-            if now.error > BETTER * last.error and len(now.data) > 1.2 * len(last.data):
+            if now.error > BETTER * last.error and len(now.data) > LARGER * len(last.data):
                 break
             before, last = found, now
             best = min(best, now, key=lambda one: one.error)

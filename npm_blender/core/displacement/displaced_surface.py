@@ -13,7 +13,17 @@ from .stencils import Stencil, stencil_of
 
 
 class SurfaceLevels(NamedTuple):
-    """X: vertices (n_i, 3) of levels 0, 1, ..; N: the unit direction (k_i, 3) in which those that are new at each level moved."""
+    """What `DisplacedSurface.build` makes, one entry per level 0, 1, ..
+
+    X: vertices (n_i, 3) float64; N: unit normals (k_i, 3) float64 along which those that are new at a level moved, of the surface
+    before they did.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.displacement import SurfaceLevels
+    >>> built = SurfaceLevels(X=[np.eye(3)], N=[np.full((3, 3), 3**-0.5)])
+    >>> len(built.X[-1])
+    3
+    """
 
     X: list[np.ndarray]
     N: list[np.ndarray]
@@ -24,7 +34,18 @@ AHEAD = 2  # levels further, at which the vertices of a level are looked at, see
 
 @dataclass(frozen=True)
 class DisplacedSurface:
-    """Base faces F0 (m0, 3) over n0 vertices, subdivided `levels` times with `smooth` (see `stencils`)."""
+    """Base faces F0 (m0, 3) int over n0 vertices, subdivided `levels` times with `smooth`, 0..SMOOTHEST (see `stencil_of`).
+
+    A displaced subdivision surface (Lee, Moreton, Hoppe 2000), but with normals of the level where a vertex is new, and with
+    displacements at every level: what is coarse is said once, at a coarse level. Vertices are numbered as in `hierarchy`.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.displacement import DisplacedSurface
+    >>> surface = DisplacedSurface(np.array([[0, 1, 2]]), n0=3, levels=1, smooth=0)
+    >>> moves = np.array([0, 0, 0, 0.5, 0, 0])  # the first new vertex, on the first edge, goes up
+    >>> surface.build(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), moves).X[1][3].tolist()
+    [0.5, 0.0, 0.5]
+    """
 
     F0: np.ndarray
     n0: int
@@ -57,9 +78,10 @@ class DisplacedSurface:
         return slice(int(self.first[level]), int(self.first[level + 1]))
 
     def shown(self, V0: np.ndarray, moves: np.ndarray, level: int) -> np.ndarray:
-        """Vertices (n_level, 3) of a level as it is shown: where they are AHEAD levels further.
+        """Vertices (n_level, 3) float64 of a level as it is shown: where they are AHEAD levels further, or at the finest.
 
-        A smooth scheme goes on moving them; on a coarse level, they are the corners of a cage round the surface.
+        V0, moves: as for `build`. A smooth scheme goes on moving them; on a coarse level, they are the corners of a cage round
+        the surface.
         """
         return self.shown_of(self.build(V0, moves, self._further(level)).X, level)
 
@@ -71,8 +93,11 @@ class DisplacedSurface:
         return min(level + AHEAD, self.levels) if self.smooth else level
 
     def build(self, V0: np.ndarray, moves: np.ndarray, level: int | None = None) -> SurfaceLevels:
-        """Levels 0..level (None: the finest). V0 (n0, 3): base vertices; moves (n,): of each vertex along its normal at
-        the level where it is new."""
+        """Levels 0..level (None: the finest).
+
+        V0 (n0, 3): base vertices; moves: how far each vertex goes along its normal at the level where it is new, in the unit of
+        V0, one for each vertex of those levels at least.
+        """
         X, out = V0, SurfaceLevels([], [])
         for i in range((self.levels if level is None else level) + 1):
             # of new vertices from the faces that they lie between, one level below

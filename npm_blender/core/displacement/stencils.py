@@ -13,12 +13,19 @@ SMOOTHEST = 8  # smooth is a whole number of 0..SMOOTHEST
 
 
 class Stencil(NamedTuple):
-    """Weights of one step, n vertices to n + e.
+    """Weights of one step of a subdivision scheme, n vertices to n + e.
 
     own (n,), around (n,) float64: of a vertex itself and of each neighbour that it sees, at its next place; start (n,),
     neighbour (k,): those neighbours, of vertex v from start[v] on (vertex v itself where it sees none, with weight 0);
     edges (e, 2): the ends of each edge, with weight end (e,); opposite (e, 2): the corners across, with weight across
-    (e,), 0 on borders.
+    (e,), 0 on borders. Weights are float64, numbers of vertices int.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.displacement import stencil_of
+    >>> from npm_blender.core.mesh import Level
+    >>> step = stencil_of(Level.of(np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]), 4), smooth=0)  # midpoints
+    >>> step.apply(2 * np.eye(4)[:, :3])[4:6].tolist()
+    [[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]]
     """
 
     own: np.ndarray
@@ -57,10 +64,17 @@ class Stencil(NamedTuple):
 
 
 def stencil_of(level: Level, smooth: int) -> Stencil:
-    """The step from a level to the next, smooth of 0..SMOOTHEST.
+    """The step from a level to the next; smooth, a whole number of 0..SMOOTHEST, blends midpoints with Loop's scheme.
 
-    Loop's weights: 3/8 and 1/8 for a new vertex; for an old one of valence k its neighbours' are
+    Loop's weights (Loop 1987): 3/8 and 1/8 for a new vertex; for an old one of valence k its neighbours' are
     (5/8 - (3/8 + cos(2 pi / k) / 4)^2) / k, on borders 1/8 each.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.displacement import SMOOTHEST, stencil_of
+    >>> from npm_blender.core.mesh import Level
+    >>> step = stencil_of(Level.of(np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]), 4), SMOOTHEST)
+    >>> step.own.tolist(), step.end[0], step.across[0]  # valence 3: 3/16 for each neighbour
+    ([0.4375, 0.4375, 0.4375, 0.4375], 0.375, 0.125)
     """
     share = smooth / SMOOTHEST
     n = level.n

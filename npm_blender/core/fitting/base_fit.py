@@ -15,9 +15,21 @@ def _count(fit: TwoWay) -> int:
 
 
 def fit_base(fit: TwoWay, V0: np.ndarray, moves: np.ndarray, passes: int) -> np.ndarray:
-    """Base vertices (n0, 3) from V0, so that the finest level, moved by `moves` (n,), is nearest to the source.
+    """Base vertices (n0, 3) float64 from V0, so that the finest level, moved by `moves` (n,), is nearest to the source.
 
-    A pass that does harm is taken back, and ends the fit.
+    passes: how often distances are measured anew; one that does harm is taken back, and ends the fit. Between, block Gauss-Seidel
+    on their linear model (see `two_way`). A fit of the control mesh of a subdivision surface as in Hoppe, DeRose, Duchamp,
+    Halstead, Jin, McDonald, Schweitzer, Stuetzle 1994 (*Piecewise smooth surface reconstruction*), both ways. Unit frame.
+
+    >>> import numpy as np
+    >>> from npm_blender.core import TriMesh
+    >>> from npm_blender.core.displacement import DisplacedSurface
+    >>> from npm_blender.core.fitting import Source, TwoWay, fit_base
+    >>> square = TriMesh.from_arrays([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> fit = TwoWay(Source(square, 500), DisplacedSurface(square.F, 4, levels=1, smooth=0))
+    >>> fitted = fit_base(fit, square.V + [0, 0, 0.1], np.zeros(9), passes=4)
+    >>> bool(np.abs(fitted[:, 2]).max() < 1e-3)  # it was lifted by 0.1
+    True
     """
     best, least = V0, np.inf
     for _ in range(passes):
@@ -33,7 +45,18 @@ def fit_base(fit: TwoWay, V0: np.ndarray, moves: np.ndarray, passes: int) -> np.
 
 
 class Rounding:
-    """Base vertices V0 (n0, 3) on lattices, rounded so that the surface moves little (feedback rounding)."""
+    """Base vertices V0 (n0, 3) on lattices, rounded so that the surface moves little: a vertex makes up for what the rounding of
+    those before it did (feedback rounding). Unit frame.
+
+    >>> import numpy as np
+    >>> from npm_blender.core import TriMesh
+    >>> from npm_blender.core.displacement import DisplacedSurface
+    >>> from npm_blender.core.fitting import Rounding, Source, TwoWay
+    >>> square = TriMesh.from_arrays([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> fit = TwoWay(Source(square, 500), DisplacedSurface(square.F, 4, levels=0, smooth=0))
+    >>> Rounding(fit, square.V, np.zeros(4)).on_lattice(1 / 8).tolist()
+    [[0, 0, 0], [8, 0, 0], [8, 8, 0], [0, 8, 0]]
+    """
 
     def __init__(self, fit: TwoWay, V0: np.ndarray, moves: np.ndarray) -> None:
         self.V0 = V0

@@ -38,7 +38,14 @@ class Stencils(NamedTuple):
 
 
 class StageFit(NamedTuple):
-    """value (n,) int64 after a stage; rate: the bits it was priced with; mean: the larger mean distance before the last pass."""
+    """What `DetailFit` finds: value (n,) int64 after a stage, in its steps; rate: bits measured from the last pass, which price
+    the next stage; mean: the larger mean distance before the last pass, unit frame.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.fitting import StageFit, default_rate
+    >>> StageFit(np.array([0, -1, 2]), default_rate(levels=0), mean=0.01).value.tolist()
+    [0, -1, 2]
+    """
 
     value: np.ndarray
     rate: Rate
@@ -46,7 +53,24 @@ class StageFit(NamedTuple):
 
 
 class DetailFit:
-    """One source under one surface."""
+    """One source under one surface: finds the integers of a stage with the least squared distance plus price of their bits.
+
+    Displacements as in Lee, Moreton, Hoppe 2000, chosen by rate and distortion and not by where a ray meets the source.
+
+    >>> import numpy as np
+    >>> from npm_blender.core import TriMesh
+    >>> from npm_blender.core.bitstream import around
+    >>> from npm_blender.core.displacement import DisplacedSurface
+    >>> from npm_blender.core.fitting import DetailFit, Source
+    >>> roof = TriMesh.from_arrays([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 0.1]],
+    ...                            [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+    >>> surface = DisplacedSurface(np.array([[0, 1, 2], [0, 2, 3]]), 4, levels=1, smooth=0)
+    >>> fit = DetailFit(Source(roof, 2000), surface, around(surface.hierarchy))
+    >>> found = fit.stage(roof.V[:4], np.array([0.05, 0.05]), None, levels=1)
+    >>> middle = 4 + np.flatnonzero((surface.hierarchy[0].edges == [0, 2]).all(1))[0]  # of the diagonal
+    >>> found.value[middle].tolist()  # two steps up
+    2
+    """
 
     def __init__(self, source: Source, surface: DisplacedSurface, near: np.ndarray) -> None:
         """near (n, 8): the numbers around each, see `bitstream.around`."""

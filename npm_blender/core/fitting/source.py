@@ -10,8 +10,17 @@ PIECE = 16_384  # points that one thread looks up at a time
 
 
 class Source:
-    """points (SAMPLES, 3), the unit normals (SAMPLES, 3) of the surface there, and their places in a random order, rank
-    (SAMPLES,); unit frame."""
+    """points (k, 3) float64 of the surface, spread evenly by area, its unit normals (k, 3) there, and their places in a random
+    order, rank (k,) int64; unit frame.
+
+    >>> import numpy as np
+    >>> from npm_blender.core import TriMesh
+    >>> from npm_blender.core.fitting import Source
+    >>> square = TriMesh.from_arrays([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> distance, away = Source(square, 100).closest(np.array([[0.5, 0.5, 0.2]]))
+    >>> distance.tolist(), away.tolist()
+    ([0.2], [[0.0, 0.0, 1.0]])
+    """
 
     def __init__(self, mesh: TriMesh, samples: int = SAMPLES) -> None:
         """mesh: in the unit frame. Raises MeshError if it has no area."""
@@ -25,9 +34,9 @@ class Source:
         distance, point, face = closest(self.surface, P)
         return distance, unit_vectors(P - point, distance, self.face_normals[face])
 
-
     def error(self, mesh: TriMesh, count: int, tree: ClosestPoints | None = None) -> float:
-        """How far a mesh is from the source, the worse way: the larger of the mean distances of `count` points each way.
+        """How far a mesh is from the source, unit frame, the worse way: the larger of the mean distances of `count` points
+        each way.
 
         tree: of the mesh, where it is at hand."""
         there, _, _ = closest(self.surface, sample(mesh, count, 2)[0])

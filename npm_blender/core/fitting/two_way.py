@@ -41,7 +41,18 @@ class Samples(NamedTuple):
 
 
 class TwoWay:
-    """A source, and a surface of some levels that shall come near it."""
+    """A source, and a surface of some levels that shall come near it; unit frame.
+
+    >>> import numpy as np
+    >>> from npm_blender.core import TriMesh
+    >>> from npm_blender.core.displacement import DisplacedSurface
+    >>> from npm_blender.core.fitting import Source, TwoWay
+    >>> square = TriMesh.from_arrays([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]])
+    >>> fit = TwoWay(Source(square, 500), DisplacedSurface(square.F, 4, levels=1, smooth=0))
+    >>> lifted = fit.surface.build(square.V + [0, 0, 0.1], np.zeros(9)).X[-1]
+    >>> round(fit.measured(lifted, floor=1e-4, count=100).mean, 6)
+    0.1
+    """
 
     def __init__(self, source: Source, surface: DisplacedSurface) -> None:
         """surface: its finest level is what is measured."""

@@ -5,7 +5,7 @@ from ..lazy import lazy_exports
 
 if TYPE_CHECKING:
     from .backend import Backend
-    from .decoder import EDGES, FEATURES, Step, decode, handed_down, predict
+    from .decoder import FEATURES, Step, decode, handed_down, predict
     from .encoder import details, encode
     from .frames import edge_frames, face_normals
     from .input_features import geometry_features
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Backend",
-    "EDGES",
     "FEATURES",
     "MeshIndex",
     "NUMPY",
@@ -44,7 +43,7 @@ __all__ = [
 ]
 __getattr__, __dir__ = lazy_exports(__name__, {
     "backend": ("Backend",),
-    "decoder": ("EDGES", "FEATURES", "Step", "decode", "handed_down", "predict",),
+    "decoder": ("FEATURES", "Step", "decode", "handed_down", "predict",),
     "encoder": ("details", "encode",),
     "frames": ("edge_frames", "face_normals",),
     "input_features": ("geometry_features",),

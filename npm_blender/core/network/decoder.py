@@ -5,8 +5,7 @@ and the transmitted features f^i (zero where none arrived) pass a face convoluti
 an edge's two faces displaces its midpoint, in the edge's local frame and in units of its length; the mean over both
 sides makes the result independent of the order of the two faces. The same layer moves the old vertices, by the mean
 over their corners, so that a base vertex that stands off the surface for the good of the coarse mesh leaves no spike.
-Levels from 3 on reuse the network of level 2. Beyond the paper, offsets move midpoints along the normal of their edge on top
-of that: what the network cannot say in few bytes, and what it sees when it predicts the next level.
+Levels from 3 on reuse the network of level 2.
 """
 from typing import NamedTuple
 
@@ -17,7 +16,6 @@ from .layers import bilinear_upsample, face_convolution, two_face_linear
 from .mesh_index import MeshIndex
 
 FEATURES = 8  # numbers in a latent feature
-EDGES = 3  # numbers in a feature of offsets
 SLOT_FEATURES = 4
 
 
@@ -35,24 +33,17 @@ def network_level(params: dict, level: int) -> dict:
 
 
 class Step(NamedTuple):
-    """What the network says of the next level, before offsets: old (n, 3) and middle (e, 3), the vertices and the midpoints
-    of the edges; normal (e, 3) of the edges, along which offsets move; hidden (3 m, C).
+    """What the network says of the next level: V (n + e, 3) float32, the old vertices and then those in the middles of edges;
+    hidden (3 m, C) float32, of the corner slots of this level's faces.
 
     >>> from npm_blender.core.network import NUMPY, Step
-    >>> step = Step(old=NUMPY.array([[0, 0, 0], [2, 0, 0]]), middle=NUMPY.array([[1, 0, 0]]),
-    ...             normal=NUMPY.array([[0, 0, 1]]), hidden=None)
-    >>> step.vertices(NUMPY, offsets=NUMPY.array([[0.5]])).tolist()
-    [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 0.0, 0.5]]
+    >>> step = Step(V=NUMPY.array([[0, 0, 0], [2, 0, 0], [1, 0, 0.5]]), hidden=NUMPY.array([[0.0]] * 3))
+    >>> step.V.shape
+    (3, 3)
     """
 
-    old: Array
-    middle: Array
-    normal: Array
+    V: Array
     hidden: Array
-
-    def vertices(self, B: Backend, offsets: Array | None = None) -> Array:
-        """Vertices of the next level, (n + e, 3); offsets: (e, 1) in the frame of the vertices, or None."""
-        return B.concat([self.old, self.middle if offsets is None else self.middle + self.normal * offsets], 0)
 
 
 def predict(B: Backend, params: dict, level: int, V: Array, hidden: Array | None, f: Array, mesh: MeshIndex) -> Step:
@@ -68,8 +59,8 @@ def predict(B: Backend, params: dict, level: int, V: Array, hidden: Array | None
     >>> mesh = MeshIndex.of(NUMPY, Level.of(np.array([[0, 1, 2], [0, 2, 3]]), 4))  # 2 faces, 4 vertices, 5 edges
     >>> V = NUMPY.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     >>> step = predict(NUMPY, load_weights().params, 0, V, None, NUMPY.array(np.zeros((2, 8))), mesh)
-    >>> step.old.shape, step.middle.shape, step.normal.shape
-    ((4, 3), (5, 3), (5, 3))
+    >>> step.V.shape  # 4 old vertices and 5 new ones
+    (9, 3)
     """
     step = network_level(params, level)
     g = geometry_features(B, V, mesh)
@@ -79,7 +70,7 @@ def predict(B: Backend, params: dict, level: int, V: Array, hidden: Array | None
     y = face_convolution(B, y, mesh.opposite, step["conv2"]) + B.product(x, step["skip"])
     offset = two_face_linear(B, B.concat([y, g, s], 1), mesh.opposite, step["displace"])
     middle, corner = B.split(offset, [3, 3])
-    return Step(moved_vertices(B, V, corner, mesh), *displaced_midpoints(B, V, middle, mesh), y)
+    return Step(B.concat([moved_vertices(B, V, corner, mesh), displaced_midpoints(B, V, middle, mesh)], 0), y)
 
 
 def handed_down(B: Backend, params: dict, level: int, hidden: Array, mesh: MeshIndex) -> Array:
@@ -98,16 +89,16 @@ def handed_down(B: Backend, params: dict, level: int, hidden: Array, mesh: MeshI
     return bilinear_upsample(B, hidden, mesh.opposite, network_level(params, level)["up"])
 
 
-def displaced_midpoints(B: Backend, V: Array, offset: Array, mesh: MeshIndex) -> tuple[Array, Array]:
+def displaced_midpoints(B: Backend, V: Array, offset: Array, mesh: MeshIndex) -> Array:
     """V (n, 3) and offsets (3 m, 3), one per half-edge in its own frame and in units of its length -> displaced midpoints
-    (e, 3), and the normals of the edges (e, 3)."""
+    (e, 3)."""
     x, y, z, length = edge_frames(B, V, mesh)
     left, right = B.take(offset, mesh.left), B.take(offset, mesh.right)
     # seen from the right half-edge x and y are negated; on the border left and right are the same half-edge
     sign = 1 - 2 * B.take(mesh.inner, mesh.left)
     along, across, up = ((left[:, k] + (sign[:, 0] if k < 2 else 1) * right[:, k])[:, None] / 2 for k in range(3))
     middle = (B.take(V, mesh.edge_a) + B.take(V, mesh.edge_b)) / 2
-    return middle + length * (x * along + y * across + z * up), z
+    return middle + length * (x * along + y * across + z * up)
 
 
 def moved_vertices(B: Backend, V: Array, offset: Array, mesh: MeshIndex) -> Array:
@@ -117,14 +108,11 @@ def moved_vertices(B: Backend, V: Array, offset: Array, mesh: MeshIndex) -> Arra
     return V + B.scatter_sum(step, mesh.F, mesh.n) * mesh.share
 
 
-def decode(B: Backend, params: dict, V0: Array, features: list[Array], meshes: list[MeshIndex],
-           offsets: list[Array] | None = None) -> list[Array]:
+def decode(B: Backend, params: dict, V0: Array, features: list[Array], meshes: list[MeshIndex]) -> list[Array]:
     """Meshes of levels 1..L.
 
-    V0 (n0, 3) unit frame; features: f^0..f^(L-1), each (m_i, 8); meshes: MeshIndex of levels 0..L-1; offsets: of the
-    midpoints of the edges of levels 0..L-1 along their normals, each (e_i, 1), unit frame.
-    Returns the list of vertex arrays V^1..V^L, each (n_i, 3). The paper's decoder (section 3.2), with the changes that the
-    module names.
+    V0 (n0, 3) unit frame; features: f^0..f^(L-1), each (m_i, 8); meshes: MeshIndex of levels 0..L-1. Returns the list of vertex
+    arrays V^1..V^L, each (n_i, 3). The paper's decoder (section 3.2), with the changes that the module names.
 
     >>> import numpy as np
     >>> from npm_blender.core.mesh import hierarchy
@@ -139,7 +127,6 @@ def decode(B: Backend, params: dict, V0: Array, features: list[Array], meshes: l
     for i, (f, mesh) in enumerate(zip(features, meshes, strict=True)):
         if i:
             hidden = handed_down(B, params, i - 1, hidden, meshes[i - 1])
-        step = predict(B, params, i, V, hidden, f, mesh)
-        V, hidden = step.vertices(B, None if offsets is None else offsets[i]), step.hidden
+        V, hidden = predict(B, params, i, V, hidden, f, mesh)
         out.append(V)
     return out

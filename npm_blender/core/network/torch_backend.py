@@ -1,4 +1,4 @@
-"""The torch side of the backend: training, refinement, and inference on a GPU."""
+"""The torch side of the backend: training, and inference on a GPU."""
 from collections.abc import Sequence
 from typing import Any
 

@@ -16,48 +16,34 @@ F0 = canonical_order(grid(10, 20, True, True), 200).F     # 400 faces, levels of
 OPEN = canonical_order(grid(3, 4), 20).F
 
 
-def encode_packets(base, levels, group, face, value, crc, passes=0, batches=True):
-    return packet_encoder.encode_packets(faces_of(base, levels, passes), Features(group, face, value), crc, batches)
+def encode_packets(base, levels, level, face, value, crc):
+    return packet_encoder.encode_packets(faces_of(base, levels), Features(level, face, value), crc)
 
 
-def read_packets(data, at, base, levels, channels, total, crc, passes=0, batches=True):
-    return packets.read_packets(data, at, faces_of(base, levels, passes), channels, total, crc, batches)
+def read_packets(data, at, base, levels, channels, total, crc):
+    return packets.read_packets(data, at, faces_of(base, levels), channels, total, crc)
 
 
-def decode_packets(data, at, base, levels, channels, total, crc, passes=0, batches=True):
-    return packets.decode_packets(data, at, faces_of(base, levels, passes), channels, total, crc, batches)
-
-
-@pytest.mark.parametrize("batches", [True, False])
-def test_the_packets_of_any_prefix_are_those_of_its_features_alone(batches):
-    rng = np.random.default_rng(2)
-    level, face, value = some_features(len(F0), 2, 1300, rng)
-    encoder = packet_encoder.PacketEncoder(faces_of(F0, 2), Features(level, face, value), batches)
-    for count in (700, 0, 1300, 1299, 39, 40, 401, 460, 1000, 700):
-        alone = encode_packets(F0, 2, level[:count], face[:count], value[:count], 9, batches=batches)
-        assert packet_encoder.with_checksums(encoder.packets(count), 9) == alone
-
-
-def same_packets(packets, level, face, value, batches=True):
+def same_packets(packets, level, face, value):
     """The features that arrived are those sent, batch by batch, inside a batch sorted by level and face."""
     at = 0
-    for sizes in packet_sizes(len(level), batches):
+    for sizes in packet_sizes(len(level)):
         stop = at + sum(sizes)
         order = at + np.lexsort([face[at:stop], level[at:stop]])
-        order = order[:max(len(packets.group) - at, 0)]
+        order = order[:max(len(packets.level) - at, 0)]
         came = slice(at, at + len(order))
-        assert np.array_equal(packets.group[came], level[order]) and np.array_equal(packets.face[came], face[order])
+        assert np.array_equal(packets.level[came], level[order]) and np.array_equal(packets.face[came], face[order])
         assert np.array_equal(packets.value[came], value[order])
         at = stop
 
 
-def flat(total, batches=True):
-    return [size for batch in packet_sizes(total, batches) for size in batch]
+def flat(total):
+    return [size for batch in packet_sizes(total) for size in batch]
 
 
-@given(st.integers(0, 40_000), st.booleans())
-def test_packets_end_at_40_and_400_features(total, batches):
-    sizes = flat(total, batches)
+@given(st.integers(0, 40_000))
+def test_packets_end_at_40_and_400_features(total):
+    sizes = flat(total)
     ends = np.cumsum(sizes)
     assert sum(sizes) == total and all(s > 0 for s in sizes)
     for stop in (20, 40, 80, 400):
@@ -66,29 +52,20 @@ def test_packets_end_at_40_and_400_features(total, batches):
 
 
 @given(st.integers(0, 40_000))
-def test_batches_are_of_whole_packets_and_end_at_40_and_400_features(total):
-    assert flat(total) == flat(total, batches=False)
-    assert all(len(batch) == 1 for batch in packet_sizes(total, batches=False))
+def test_batches_end_at_40_and_400_features(total):
     ends = np.cumsum([sum(batch) for batch in packet_sizes(total)])
     for stop in (20, 40, 400):
         assert total < stop or stop in ends
     assert all(len(batch) <= BATCH for batch in packet_sizes(total)[3:])
 
 
-def test_sorting_inside_batches_saves_bytes():
-    level, face, value = some_features(400, 3, 3000, np.random.default_rng(0))
-    with_batches, without = (sum(map(len, encode_packets(F0, 3, level, face, value, 0, batches=b))) for b in (True, False))
-    assert with_batches < 0.97 * without
-
-
 @settings(deadline=None, max_examples=20)
-@given(st.integers(0, 900), st.integers(0, 2**32 - 1), st.booleans())
-def test_streams_with_and_without_batches_come_back(count, seed, batches):
+@given(st.integers(0, 900), st.integers(0, 2**32 - 1))
+def test_long_streams_and_their_beginnings_come_back(count, seed):
     level, face, value = some_features(400, 2, count, np.random.default_rng(seed))
-    data = b"".join(encode_packets(F0, 2, level, face, value, 3, batches=batches))
-    same_packets(decode_packets(data, 0, F0, 2, 8, len(level), 3, batches=batches), level, face, value, batches)
-    cut = data[:len(data) * 2 // 3]
-    same_packets(decode_packets(cut, 0, F0, 2, 8, len(level), 3, batches=batches), level, face, value, batches)
+    data = b"".join(encode_packets(F0, 2, level, face, value, 3))
+    same_packets(read_packets(data, 0, F0, 2, 8, len(level), 3), level, face, value)
+    same_packets(read_packets(data[:len(data) * 2 // 3], 0, F0, 2, 8, len(level), 3), level, face, value)
 
 
 @settings(deadline=None, max_examples=40)
@@ -106,15 +83,15 @@ def test_all_faces_and_extreme_values_come_back():
     level, face, value = some_features(len(OPEN), 3, 10**6, np.random.default_rng(0))
     value[5], value[6] = MAX_VALUE, -MAX_VALUE
     data = b"".join(encode_packets(OPEN, 3, level, face, value, 0))
-    same_packets(decode_packets(data, 0, OPEN, 3, 8, len(level), 0), level, face, value)
+    same_packets(read_packets(data, 0, OPEN, 3, 8, len(level), 0), level, face, value)
 
 
 def test_every_prefix_gives_its_whole_packets():
     level, face, value = some_features(len(OPEN), 3, 90, np.random.default_rng(0))
     data = b"".join(encode_packets(OPEN, 3, level, face, value, 0))
-    ends = decode_packets(data, 0, OPEN, 3, 8, 90, 0).bytes
+    ends = read_packets(data, 0, OPEN, 3, 8, 90, 0).bytes
     for cut in range(len(data)):
-        packets = decode_packets(data[:cut], 0, OPEN, 3, 8, 90, 0)
+        packets = read_packets(data[:cut], 0, OPEN, 3, 8, 90, 0)
         assert packets.truncated and packets.features[-1] == [0, 20, 40, 80, 90][np.searchsorted(ends, cut, "right") - 1]
         same_packets(packets, level, face, value)
 
@@ -129,8 +106,6 @@ def test_damage_is_reported_and_what_came_before_is_kept():
         read = read_packets(data, 0, OPEN, 3, 8, 90, 0)
         assert read.features[-1] == 40 and f"at byte {third}," in read.corrupt
         same_packets(read, level, face, value)
-        with pytest.raises(StreamError, match=f"at byte {third},"):
-            decode_packets(data, 0, OPEN, 3, 8, 90, 0)
     whole = b"".join(packets)
     assert "more" in read_packets(whole + b"\0", 0, OPEN, 3, 8, 90, 0).corrupt
     assert "checksum" in read_packets(whole, 0, OPEN, 3, 8, 90, 1).corrupt       # another file's packets
@@ -147,7 +122,7 @@ def test_impossible_features_are_refused(level, face, value, words):
 
 def test_twins_are_those_of_the_subdivided_faces():
     for base in (F0, OPEN):
-        faces = faces_of(base, 3, False)
+        faces = faces_of(base, 3)
         for i, level in enumerate(hierarchy(base, int(base.max()) + 1, 2)):
             assert np.array_equal(faces.twin[3 * faces.first[i]:3 * faces.first[i + 1]] - 3 * faces.first[i],
                                   level.opposite)
@@ -189,48 +164,16 @@ def test_values_cost_about_their_entropy():
     assert size_of(level, face, value) - size_of(level, face, value * 0) < 1.05 * ideal
 
 
-def some_offsets(F0, passes, count, seed, level_count=2):
-    """Latents of a few faces, then offsets of random faces in each pass: group, face, value in the order of sending."""
-    random = np.random.default_rng(seed)
-    levels = hierarchy(F0, int(F0.max()) + 1, level_count - 1)
-    group, face, value = (list(a) for a in some_features(len(F0), level_count, 10, random))
-    for p in range(1, passes + 1):
-        for i, level in enumerate(levels):
-            edges = np.rint(random.laplace(0, 1.5, len(level.edges))).astype(int)
-            for f in random.permutation(len(level.F))[:count]:
-                group.append(p * level_count + i)
-                face.append(f)
-                value.append([*edges[level.edge_of[3 * f:3 * f + 3]], 0, 0, 0, 0, 0])
-    mixed = random.permutation(len(group))
-    return np.array(group)[mixed], np.array(face)[mixed], np.array(value)[mixed]
+def test_each_byte_of_a_large_stream_is_decoded_at_most_once(monkeypatch):
+    level, face, value = some_features(400, 3, 1700, np.random.default_rng(1))
+    data = b"".join(encode_packets(F0, 3, level, face, value, 0))
+    payloads, range_decoder = [], packets.range_decoder
 
+    def counting(contexts, weights, payload):
+        payloads.append(bytes(payload))
+        return range_decoder(contexts, weights, payload)
 
-@settings(deadline=None, max_examples=25)
-@given(st.integers(1, 3), st.integers(0, 60), st.booleans(), st.integers(0, 2**32 - 1))
-def test_offsets_come_back(passes, count, border, seed):
-    base = OPEN if border else F0
-    group, face, value = some_offsets(base, passes, count, seed)
-    data = b"".join(encode_packets(base, 2, group, face, value, 5, passes))
-    packets = decode_packets(data, 0, base, 2, 8, len(group), 5, passes)
-    same_packets(packets, group, face, value)
-    for cut in np.random.default_rng(seed).integers(0, len(data), 3):
-        part = decode_packets(data[:cut], 0, base, 2, 8, len(group), 5, passes)
-        k = part.features[-1]
-        assert np.array_equal(part.value, packets.value[:k]) and np.array_equal(part.group, packets.group[:k])
-
-
-def test_an_edge_costs_nothing_the_second_time():
-    """All faces of a closed mesh have twice as many sides as edges; the values of half of the sides are free."""
-    levels = hierarchy(F0, 200, 0)
-    edges = np.random.default_rng(0).integers(-6, 7, len(levels[0].edges))
-    value = np.pad(edges[levels[0].edge_of].reshape(-1, 3), ((0, 0), (0, 5)))
-    group, face = np.ones(len(F0), int), np.arange(len(F0))
-    bits = 8 * sum(map(len, encode_packets(F0, 1, group, face, value, 0, 1)))
-    nothing = 8 * sum(map(len, encode_packets(F0, 1, group, face, 0 * value, 0, 1)))
-    assert bits - nothing < 1.2 * len(edges) * np.log2(13)
-
-
-def test_groups_beyond_the_passes_are_refused():
-    for passes, group in ((0, 3), (1, 6)):
-        with pytest.raises(StreamError, match="levels"):
-            encode_packets(OPEN, 3, np.array([group]), np.array([0]), np.zeros((1, 8), int), 0, passes)
+    monkeypatch.setattr(packets, "range_decoder", counting)
+    found = read_packets(data, 0, F0, 3, 8, 1700, 0)
+    assert found.features[-1] == 1700 and not found.truncated
+    assert len(payloads) == len(found.features) - 1 and sum(map(len, payloads)) < len(data)

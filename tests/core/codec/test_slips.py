@@ -2,10 +2,9 @@
 import numpy as np
 import pytest
 
-from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
+from npm_blender.core import LodSettings, TriMesh, compress, open_stream
 from npm_blender.core.codec import compression, receive
-from npm_blender.core.errors import DependencyError, MeshError, SettingsError, StreamError
-from npm_blender.core.settings import REFINE_STEPS
+from npm_blender.core.errors import MeshError, SettingsError, StreamError
 from tests.core.codec.test_stored_stream import DATA
 from tests.meshes.base_meshes import sphere
 
@@ -38,8 +37,8 @@ def test_a_path_instead_of_bytes_is_told_to_be_read_first(name, tmp_path):
 
 
 def test_a_level_that_does_not_exist_is_refused_by_its_number():
-    opened = receive(DATA).open()
-    with pytest.raises(SettingsError, match="level from 0 to 3, found 4"):
+    opened = receive(DATA["displaced"]).open()
+    with pytest.raises(SettingsError, match="level from 0 to 2, found 4"):
         opened.decode(level=4)
     with pytest.raises(SettingsError, match=r"whole number, found 'fine'; call decode\(level="):
         opened.decode(level="fine")
@@ -53,11 +52,3 @@ def test_a_first_run_without_progress_warns_that_it_compiles(monkeypatch):
     said = []
     compression._told_of_compiling(lambda fraction, message: said.append(message))(0.5, "Decimating")
     assert said == [f"Decimating ({compression.COMPILING})"]
-
-
-def test_settings_are_resolved_by_whether_torch_is_there():
-    assert [CompressSettings().resolved(torch).refine_steps for torch in (True, False)] == [REFINE_STEPS, 0]
-    assert CompressSettings(refine_steps=0).resolved(True).refine_steps == 0
-    with pytest.raises(DependencyError, match="install torch"):
-        CompressSettings(refine_steps=3).resolved(False)
-    assert CompressSettings(refine_steps=3).without_torch().refine_steps == 0

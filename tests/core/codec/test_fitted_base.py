@@ -1,0 +1,65 @@
+"""The base: as many faces as asked for, the scheme that is nearest, bits that its error deserves."""
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from npm_blender.core.bitstream import decode_connectivity, decode_positions
+from npm_blender.core.codec.fitted_base import FINEST, LEAST_ERROR, PLAIN, ROUNDED, FreeBase, levels_for
+from npm_blender.core.errors import Cancelled
+from tests.core.codec.senders import free, target
+from tests.core.codec.streams import SHAPES
+
+NAMES = pytest.mark.parametrize("name", SHAPES)
+
+
+@given(st.integers(4, 100_000), st.integers(4, 10**7))
+def test_levels_end_before_the_finest_has_too_many_faces(faces, source):
+    count = levels_for(faces, source)
+    assert 1 <= count <= 4 and (count == 1 or faces * 4**count <= FINEST)
+    assert levels_for(faces, source, 2) <= 2
+
+
+@NAMES
+def test_what_is_coded_is_the_base(name):
+    base = free(name).rounded(10)
+    F0 = decode_connectivity(base.coded.connectivity)
+    assert np.array_equal(F0, base.surface.F0) and len(F0) == 60
+    assert np.array_equal(decode_positions(base.coded.positions, F0), base.grid)
+    assert np.array_equal(base.V0, base.grid / 1024) and base.surface.n0 == len(base.grid)
+
+
+@NAMES
+def test_the_error_is_that_of_the_surface_on_its_lattice(name):
+    base = free(name).rounded(9)
+    none = np.zeros(int(base.surface.first[-1]))
+    assert base.error == pytest.approx(target(name).error(base.surface, base.V0, none), rel=0.02)
+
+
+@NAMES
+def test_as_many_bits_as_the_error_asks_for(name):
+    chosen = free(name).rounded(0)
+    assert chosen.error <= ROUNDED * max(free(name).error, LEAST_ERROR)
+    assert free(name).rounded(12).bits == 12
+    assert free(name).rounded(max(chosen.bits - 3, 4)).error > chosen.error
+
+
+def test_a_base_that_is_the_source_stays_as_it_is():
+    whole = FreeBase(target("torus"), len(SHAPES["torus"].F), PLAIN)
+    assert whole.error < 1e-7 and whole.smooth == 0 and whole.rounded(16).error < 2.0**-16
+
+
+def test_the_scheme_that_is_nearest_is_taken():
+    assert free("closed").smooth > 0
+    alone = FreeBase(target("closed"), 60, 2, schemes=(0,))
+    assert alone.smooth == 0 and alone.error > free("closed").error
+
+
+def test_it_can_be_cancelled():
+    def cancel(fraction, message):
+        assert message
+        if fraction > 0.3:
+            raise Cancelled("Cancelled")
+
+    with pytest.raises(Cancelled):
+        FreeBase(target("closed"), 60, 2, cancel)

@@ -1,0 +1,92 @@
+"""A budget in bytes: it is kept, it is filled, and more of it shows more."""
+from functools import cache
+
+import pytest
+
+from npm_blender.core.codec import compress, open_stream
+from npm_blender.core.errors import Cancelled, SettingsError
+from npm_blender.core.evaluation import evaluate
+from npm_blender.core.settings import CompressSettings, LodSettings
+from tests.core.codec.streams import silent
+from tests.meshes.dirty_meshes import many_parts
+from tests.meshes.shapes import bumpy, grid
+
+SHAPES = {"closed": bumpy(4), "open": grid(48)}
+BUDGETS = (500, 1_000, 2_000)
+FILLED = 0.97
+
+
+ANY = LodSettings()
+
+
+def limited(size, lod=ANY):
+    return CompressSettings(lod=lod, budget=size)
+
+
+@cache
+def made(name, size):
+    return compress(SHAPES[name], limited(size), silent)
+
+
+def worse(name, size):
+    found = evaluate(open_stream(made(name, size).data).decode(), SHAPES[name], 20_000)
+    return max(found.d_pm, found.d_reverse)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", BUDGETS)
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_file_is_whole_and_fills_the_budget(name, size):
+    done = made(name, size)
+    opened = open_stream(done.data)
+    assert FILLED * size <= len(done.data) <= size
+    assert not opened.truncated and opened.features == opened.total_features == done.report.features
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SHAPES)
+def test_more_bytes_show_more(name):
+    errors = [worse(name, size) for size in BUDGETS]
+    assert errors == sorted(errors, reverse=True) and errors[0] > 2 * errors[-1]
+
+
+@pytest.mark.slow
+def test_a_size_is_worth_more_than_a_part_of_a_larger_file():
+    whole = compress(SHAPES["closed"], CompressSettings(LodSettings(base_faces=200, levels=2)), silent).data
+    cut = open_stream(whole[:2_000]).decode()
+    found = evaluate(cut, SHAPES["closed"], 20_000)
+    assert worse("closed", 2_000) < max(found.d_pm, found.d_reverse)
+
+
+@pytest.mark.slow
+def test_base_faces_and_levels_that_were_asked_for_are_obeyed():
+    lod = LodSettings(base_faces=100, levels=2)
+    opened = open_stream(compress(SHAPES["closed"], limited(900, lod), silent).data)
+    assert (opened.base_faces, opened.levels) == (100, 2) and opened.total_bytes <= 900
+
+
+def test_a_base_that_was_asked_for_and_does_not_fit_is_refused():
+    with pytest.raises(SettingsError, match=r"Expected a base mesh of at most 300 bytes, found .* for 400 faces; allow more"):
+        compress(SHAPES["closed"], limited(300, LodSettings(base_faces=400)), silent)
+
+
+@pytest.mark.slow
+def test_a_mesh_of_many_parts_is_given_fewer_faces_or_refused():
+    assert len(compress(many_parts(8), limited(900), silent).data) <= 900
+    with pytest.raises(SettingsError, match="allow more bytes"):
+        compress(many_parts(60), limited(300), silent)
+
+
+def test_a_search_can_be_cancelled():
+    def cancel(fraction, message):
+        if fraction > 0.15:
+            raise Cancelled("Cancelled")
+
+    with pytest.raises(Cancelled):
+        compress(SHAPES["open"], limited(700), cancel)
+
+
+def test_impossible_budgets_are_refused():
+    for size in (-1, 1, 299, 10**10, True, 1000.0):
+        with pytest.raises(SettingsError, match="Expected budget in bytes"):
+            CompressSettings(budget=size)
