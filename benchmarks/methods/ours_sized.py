@@ -4,7 +4,6 @@ from dataclasses import replace
 
 from npm_blender.core.codec import Compressed, compress, open_stream
 from npm_blender.core.errors import SettingsError
-from npm_blender.core.settings import AUTO, LodSettings
 
 from .case import Case, Coded
 
@@ -13,7 +12,7 @@ NAME = "ours, made for the size"
 
 def made(case: Case, budget: int) -> Compressed:
     """The stream for a budget. Raises SettingsError where no base mesh is so small."""
-    return compress(case.mesh, replace(case.settings, lod=LodSettings(base_faces=AUTO, levels=AUTO), budget=budget))
+    return compress(case.mesh, replace(case.settings, budget=budget))
 
 
 def at_bytes(case: Case, budgets: tuple[int, ...]) -> list[Coded | None]:
