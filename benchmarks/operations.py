@@ -44,10 +44,13 @@ class Inputs:
 
     @staticmethod
     def write(folder: Path, small: TriMesh, large: TriMesh) -> "Inputs":
-        """Make and write the files of two meshes."""
+        """Make and write the files of two meshes, the small and the large."""
         from npm_blender.core.codec import compress, open_stream
-        from npm_blender.core.meshio import write_mesh
+        from npm_blender.core.meshio import read_mesh, write_mesh
 
+        write_mesh(folder / "large.ply", large)
+        write_mesh(folder / "small.ply", small)
+        small = read_mesh(folder / "small.ply")  # as it is compressed
         streams = {"ours": CompressSettings(), "fine": CompressSettings(FINE), "paper": CompressSettings(model=PAPER)}
         data = {name: compress(small, settings).data for name, settings in streams.items()}
         ours, fine = open_stream(data["ours"]), open_stream(data["fine"])
@@ -61,8 +64,6 @@ class Inputs:
         facts |= {"same": faces_of(small, len(data["ours"])), "sized": faces_of(small, SIZE)}
         for name, content in files.items():
             (folder / name).write_bytes(content)
-        write_mesh(folder / "small.ply", small)
-        write_mesh(folder / "large.ply", large)
         (folder / FACTS).write_text(json.dumps(facts))
         return Inputs(folder, facts)
 
