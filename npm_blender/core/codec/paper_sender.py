@@ -10,6 +10,7 @@ from ..mesh import Level, TriMesh
 from ..network import FEATURES, NUMPY, MeshIndex, Weights, decode, encode
 from .importance import gain_order, magnitude_order, measured_gains, split_numbers
 from .quantization import latent_steps, position_bits_for, step_scale
+from .base_too_large import BaseTooLarge
 from .source_facts import SourceFacts
 from .stage_clock import StageClock
 
@@ -38,7 +39,9 @@ class PaperSender:
         self.area = areas / areas.sum()
 
     def send(self, source: SourceFacts, position_bits: int, budget: int) -> tuple[bytes, int]:
-        """All steps: (stream, number of latents). budget: bytes, 0 for as many as all take; the base is sent in any case."""
+        """All steps: (stream, number of latents). budget: bytes, 0 for as many as all take.
+
+        Raises BaseTooLarge where the budget does not pay for the base."""
         values = self._encode(self.lod.V0)
         error = self._error(self.lod.V0)
         bits = position_bits or position_bits_for(error)
@@ -60,6 +63,8 @@ class PaperSender:
 
         with self.clock.stage("write") as progress:
             progress(0.0, "Writing")
+            if budget and len(stream(0)) > budget:
+                raise BaseTooLarge(len(stream(0)), len(self.lod.F0), budget)
             count = _most(len(order), lambda count: not budget or len(stream(count)) <= budget)
             return stream(count), count
 

@@ -12,7 +12,7 @@ from ..settings import DISPLACED, PAPER
 from .displaced_decoder import DisplacedDecoder
 from .latent_decoder import LatentDecoder
 
-CACHED = 32  # decodes kept; a slider that goes back finds its meshes at once
+CACHED, ROOM = 32, 24_000_000  # decodes kept, and their bytes; a slider that goes back finds its meshes at once
 
 
 class ProgressiveMesh:
@@ -97,7 +97,7 @@ class ProgressiveMesh:
             found = self._decoder.vertices(features, level)
         self._cache[features, level] = found
         self._cache.move_to_end((features, level))
-        while len(self._cache) > CACHED:
+        while len(self._cache) > min(CACHED, max(2, ROOM // found.nbytes)):
             self._cache.popitem(last=False)
         return found
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..bitstream import encode_base, order_connectivity
 from ..decimation import decimate
-from ..errors import SettingsError
 from ..progress import Progress, part
 from ..settings import AUTO, CompressSettings
+from .base_too_large import BaseTooLarge
 from .fitted_base import PLAIN, FreeBase, levels_for
 from .one_stage import OneStage
 from .stages import Made, Stages
@@ -24,16 +24,6 @@ PLAIN_BITS = (8, 9, 10, 11, 12, 13, 14)
 BYTES_PER_FACE = 1.15           # of a base, about
 FEWEST, FEW = 12, 1500          # faces of a base at least, and of one that gets three levels
 SHARES = (0.75, 0.45)           # of the budget that the bases of displaced surfaces take
-
-
-class BaseTooLarge(SettingsError):
-    """The base mesh alone takes more bytes than the budget."""
-
-    def __init__(self, size: int, faces: int, budget: int) -> None:
-        super().__init__(
-            f"Expected a base mesh of at most {budget:,} bytes, found {size:,} for {faces:,} faces; "
-            "allow more bytes, or ask for fewer base faces"
-        )
 
 
 def best_for(target: Target, settings: CompressSettings, tell: Progress) -> Made:
@@ -82,8 +72,9 @@ def _plain(target: Target, settings: CompressSettings, tell: Progress) -> Made |
         _, size, bits = min(options)
         if asked or (size <= budget and (size > FULL * budget or faces == most)):
             break
-        tries = [bits]
         faces = _faces_that_fill(target, budget, bits, faces, size)
+        if faces < most and not settings.position_bits:  # of the whole mesh, all bits are tried again
+            tries = [bits]
     return best
 
 
