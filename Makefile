@@ -39,7 +39,7 @@ lint: $(VENV)/.test  ## Check the style, and the types of the core
 extension: $(VENV)/.demo  ## Build the extension's zips into dist (DEBIAN=1: for Debian's Blenders; BLENDER=path builds)
 	$(PY) -m extension.build $(if $(DEBIAN),--debian) $(if $(BLENDER),--blender "$(BLENDER)")
 
-check-extension: $(PY)  ## Install the zip in a Blender of factory settings (BLENDER=path) and use it, without torch
+check-extension: $(PY)  ## Install the zip in a Blender of factory settings (BLENDER=path) and use it
 	$(if $(BLENDER),BLENDER="$(BLENDER)") $(PY) -m extension.check_install
 
 shots: $(VENV)/.bench  ## Take the manual's pictures in a Blender with a window (BLENDER=path)
@@ -55,7 +55,7 @@ $(VENV)/.demo: requirements/run.txt requirements/demo.txt requirements/system.sh
 	sh requirements/system.sh $(PY)
 	@touch $@
 
-$(VENV)/.test: requirements/test.txt $(VENV)/.demo
+$(VENV)/.test: requirements/test.txt requirements/train.txt $(VENV)/.demo
 	@echo "Installing requirements/test.txt into $(VENV) (once)"
 	$(PIP) -r requirements/test.txt
 	@touch $@

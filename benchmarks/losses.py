@@ -5,7 +5,7 @@ import numpy as np
 from .methods import REFERENCE, REFERENCE_SCALARS
 from .methods.case import BUDGETS, FEATURES
 from .results import Results
-from .tables import OURS, SIZED, kilo
+from .tables import MODEL, OURS, SIZED, kilo
 
 LEAST_SHARE = 0.25  # of the meshes, that a method must have to be named
 
@@ -56,22 +56,30 @@ def sized(results: Results) -> str:
 
 
 def losses_in_numbers(results: Results) -> str:
-    """Where QSlim is better with the same count of numbers: by features, and the meshes where it is so most."""
+    """Where QSlim is better with the same count of numbers: by latents, and the meshes where it is so most."""
     parts = []
-    for k in FEATURES:
-        both, _ = results.pairs(OURS, REFERENCE_SCALARS, "scalars", k, "d_pm")
-        lost = [results.wins(OURS, REFERENCE_SCALARS, "scalars", k, key)[1] for key in ("d_pm", "d_normal")]
-        if both:
-            parts.append(f"{k} features {percent(lost[0], len(both))} and {percent(lost[1], len(both))}")
-    both, first = results.pairs(OURS, REFERENCE_SCALARS, "scalars", 0, "d_pm")
+    for method in (OURS, MODEL):
+        shares = [f"{k} latents {share}" for k in FEATURES if (share := _share(results, method, k))]
+        if shares:
+            parts.append(f"than {results.names[method]} {'; '.join(shares)}")
+    if not parts:
+        return ""
+    both, first = results.pairs(MODEL, REFERENCE_SCALARS, "scalars", 0, "d_pm")
     share = first[:, 0] / np.maximum(first[:, 1], 1e-9)
     worst = [i for i in np.argsort(-share)[:4] if share[i] > 1]
     named = ", ".join(f"{both[i].split('/')[-1]} ({first[i, 0]:.1f} against {first[i, 1]:.1f})" for i in worst)
-    where = f" Without features we compare worst with QSlim on {named}." if named else ""
+    where = f" Without latents the paper's model compares worst with QSlim on {named}." if named else ""
     return (
-        "QSlim with the same count of numbers (at 0 features: 400 faces) is better, in d_pm and in normals, on: "
-        f"{'; '.join(parts)}.{where}"
+        "QSlim with as many numbers as the paper's model has with so many latents (0: 400 faces) is better, in d_pm and in "
+        f"normals, on this share of the meshes: {', and '.join(parts)}.{where}"
     )
+
+
+def _share(results: Results, method: str, latents: int) -> str:
+    """On what share of the meshes QSlim is better in d_pm and in normals; '' where none has both."""
+    count = len(results.pairs(method, REFERENCE_SCALARS, "scalars", latents, "d_pm")[0])
+    lost = (results.wins(method, REFERENCE_SCALARS, "scalars", latents, key)[1] for key in ("d_pm", "d_normal"))
+    return " and ".join(percent(n, count) for n in lost) if count else ""
 
 
 def losses_in_time(results: Results) -> str:

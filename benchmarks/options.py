@@ -14,7 +14,7 @@ from .methods import METHODS
 
 QUICK_MESHES, QUICK_SAMPLES = 6, 20_000
 QUICK_FACES = (4_000, 20_000)
-SLOW = ("ours_sized", "subdivision_codec")  # make a stream, or several, for every budget: not part of a quick run
+SLOW = ("ours_sized",)  # make a stream, or several, for every budget: not part of a quick run
 MADE = Path("out/bench/meshes")
 ROOT = Path(__file__).parents[1]
 SEARCHED = "worse"  # by what searches choose; what was measured under another rule is not taken for the same
@@ -31,8 +31,7 @@ def parse(doc: str) -> argparse.Namespace:
     parser.add_argument("--samples", type=int, help="points each way (default 50,000; quick 20,000)")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--methods", type=_names, help="comma-separated (default: all; quick: the fast)")
-    parser.add_argument("--order", default="gain", help="of our features")
-    parser.add_argument("--refine-steps", type=int, help="of our codec")
+    parser.add_argument("--order", default="gain", help="of the latents of the paper's model")
     parser.add_argument("--tag", default="", help="keep the results apart from those of other settings")
     parser.add_argument("--retry", action="store_true", help="measure again what ended in an error")
     parser.add_argument("--redo", type=_names, default=(), help="measure these methods anew on the chosen meshes")
@@ -107,6 +106,6 @@ def folder(o: argparse.Namespace) -> Path:
 
 
 def lines(o: argparse.Namespace, method: str) -> Path:
-    """The file of a method's lines; ours depend on the weights as well."""
-    digest = f"_{load_weights().digest.hex()}" if method.startswith("ours") else ""
+    """The file of a method's lines; those of the paper's model depend on the weights as well."""
+    digest = f"_{load_weights().digest.hex()}" if method == "ours_paper" else ""
     return folder(o) / f"{method}{digest}.jsonl"

@@ -17,7 +17,6 @@ from types import ModuleType
 
 from corpus.meshes import Entry
 from npm_blender.core.errors import NpmError, SettingsError
-from npm_blender.core.settings import CompressSettings
 
 from . import methods, options
 from .methods.case import Case, Coded
@@ -105,19 +104,15 @@ def main() -> None:
     parser.add_argument("--split", default="test")
     parser.add_argument("--meshes", help="names, comma-separated")
     parser.add_argument("--bytes", type=int, default=BUDGET)
-    parser.add_argument("--refine-steps", type=int, help="of our codec")
     parser.add_argument("--out", type=Path, default=FOLDER)
     parser.set_defaults(quick=False, limit=None, min_faces=0)  # of `options.meshes`: all of the set
     o = parser.parse_args()
-    import torch
-
-    torch.set_num_threads(1)
     try:
         o.out.mkdir(parents=True, exist_ok=True)
         subjects = chosen(options.meshes(o), o.meshes)
         modules = [methods.load(name) for name in METHODS]
         for subject in subjects:
-            case = Case.of(subject.entry.name, subject.entry.read(), settings=CompressSettings(refine_steps=o.refine_steps))
+            case = Case.of(subject.entry.name, subject.entry.read())
             found = results(case, o.bytes, modules)
             for name in (name for name, coded in found if coded is None):
                 print(f"{case.name}: {name} has nothing of {o.bytes:,} bytes", file=sys.stderr)

@@ -54,10 +54,10 @@ def equal_bytes(results: Results, pictures: str, entries: list[Entry]) -> list[s
     out = [
         "## Equal bytes",
         "",
-        "Whole files, connectivity included; 1 kB is 1,000 bytes. Ours, Progressive Meshes and the subdivision "
-        "codec of one stream cut that stream, the others get the best setting for each budget by the worse way. Geometric "
-        "means over meshes of the ratio to QSlim + Draco; below 1 is better than it. In the worse way errors below "
-        f"{FLOOR} count as {FLOOR} on both sides. A method without a figure cannot get so small.",
+        "Whole files, connectivity included; 1 kB is 1,000 bytes. Ours, the paper's model and Progressive Meshes cut one "
+        "stream, the others get the best setting for each budget by the worse way. Geometric means over meshes of the ratio "
+        f"to QSlim + Draco; below 1 is better than it. In the worse way errors below {FLOOR} count as {FLOOR} on both sides. A "
+        "method without a figure cannot get so small.",
         "",
     ]
     for key in MEASURES:
@@ -75,19 +75,19 @@ def paper_tables(results: Results, runtime: dict | None, pictures: str) -> list[
     return [
         "## The paper's tables",
         "",
-        "With the paper's compression ratio: numbers of the input over numbers sent, 3 a vertex, 8 a latent, 3 a feature of "
-        "offsets; connectivity, indices and entropy coding do not count. Arithmetic means, as in the paper, whose meshes are "
-        "others.",
+        "With the paper's compression ratio: numbers of the input over numbers sent, 3 a vertex, 8 a latent of the paper's "
+        "model, each number of our own stream; connectivity, indices and entropy coding do not count. Arithmetic means, as in "
+        "the paper, whose meshes are others.",
         "",
-        "1. All methods with as many numbers as our base mesh and 0, 40 and 400 features:",
+        "1. All methods with as many numbers as the paper's model has in its base mesh and 0, 40 and 400 latents:",
         "",
         *tables.equal_cr(results),
         "",
-        "2. By features. Ratio: mean d_pm over QSlim's mean at 400 faces. Bytes: the file, cut after so many features.",
+        "2. The paper's model by latents. Ratio: mean d_pm over QSlim's mean at 400 faces. Bytes: the file, cut after so many.",
         "",
         *tables.by_features(results),
         "",
-        "3. By level of detail:",
+        "3. The paper's model by level of detail:",
         "",
         *tables.by_level(results),
         "",

@@ -1,9 +1,9 @@
 """Seconds and memory of our operations beside their peers', in one run: `python -m benchmarks.speed [--json FILE]`.
 
-The mesh is a bumpy sphere of 81,920 faces made here; our stream has 400 base faces and three levels. Every repeat runs
-all operations in turn; medians, and the ratio to the peer of the same group (see `operations`). Seconds are the
-processor's, of one thread: what one waits on an idle machine, whatever else runs on this one. Memory is the peak of a
-fresh process that does the one thing once; with it goes what that process held before, which is mostly the libraries.
+The meshes are tori with waves of 100,172 and 1,000,000 faces, made here. Every repeat runs all operations in turn;
+medians, and the ratio to the peer (see `operations`). Seconds are the processor's, of one thread: what one waits on an
+idle machine, whatever else runs on this one; the start of a process and of its libraries is not among them. Memory is
+the peak of a fresh process that does the one thing once; with it goes what that process held before, mostly libraries.
 """
 
 import argparse
@@ -21,52 +21,70 @@ from pathlib import Path
 
 from corpus.pool import THREADS
 
-from .operations import GROUPS, Inputs, operations
+from .operations import GROUPS, Inputs, operations, pairs
 
 ROOT = Path(__file__).parent.parent
-DEPTH = 6  # of the bumpy sphere
-PAPER = {"encode": 7.42, "decode": 6.93}  # seconds of its forward passes on a CPU (section 4.6)
+COMMAND = "python -m benchmarks.speed"
+SMALL, LARGE = (317, 158), (1000, 500)  # rows and columns of the tori
+REPEATS = 7
 
 
-def measure(repeats: int = 7, depth: int = DEPTH, slow: bool = True, groups: tuple[str, ...] = ()) -> dict:
+def measure(
+    repeats: int = REPEATS,
+    small: tuple[int, int] = SMALL,
+    large: tuple[int, int] = LARGE,
+    slow: bool = True,
+    groups: tuple[str, ...] = (),
+) -> dict:
     """All figures, measured in processes of their own with one thread: what the report shows as its table 5.
 
-    repeats: of every operation but the slow ones; depth: of the bumpy sphere; slow: whether to run those that take long;
-    groups: of `operations.GROUPS`, all if none is named.
+    repeats: of every operation but the slow ones; small, large: rows and columns of the tori; slow: whether to measure
+    what takes long; groups: of `operations.GROUPS`, all if none is named.
 
-    Returns plain data for JSON: machine (processor, cores, python, load); faces, stream_bytes, finest_faces: of the
-    input, of our stream, of its finest level; rows: a list of {group, method, peer (bool), seconds (the processor's), ratio
-    (to the seconds of the group's peer), bytes (None for a mesh), first_seconds, start_mb, peak_mb (first call in a fresh
-    process)}; stages: seconds of our encoder by stage, not refined; forward: seconds of {backend: {encode, decode}}, the
-    network alone; paper: the same of the publication. `table` makes Markdown of it. Raises RuntimeError if a process fails.
+    Returns plain data for JSON: machine (processor, cores, python, load); facts: of the inputs (see `operations.Inputs`);
+    operations: by name {seconds (the processor's), bytes (None for a mesh), first_seconds, start_mb, peak_mb (first call
+    in a fresh process)}; rows: a list of {group, title, who, ours, peer, ratio}; stages: seconds of our encoder by stage;
+    forward: seconds of {backend: {encode, decode}}, the paper's network alone; paper: the same of the publication. `table`
+    makes Markdown of it. Raises RuntimeError if a process fails.
     """
-    return _child("--measure", str(repeats), str(depth), str(int(slow)), ",".join(groups))
+    asked = {"repeats": repeats, "small": small, "large": large, "slow": slow, "groups": groups}
+    return _child("--measure", json.dumps(asked))
 
 
 def table(figures: dict) -> list[str]:
-    """Lines of Markdown: operations beside their peers, stages, forward passes."""
-    lines = ["| operation | method | ms | ratio to peer | first call, ms | peak, MB | of it libraries and input, MB |",
-             "|---|---|---|---|---|---|---|"]
+    """Lines of Markdown: the command, ratios of ours to peers side by side, stages, forward passes."""
+    machine, facts, paper = figures["machine"], figures["facts"], figures["paper"]
+    out = [
+        f"`{COMMAND}`: seconds of the processor, one thread, medians; {machine['processor']}, one of {machine['cores']} cores, "
+        f"load {machine['load']:.1f}. Memory: the peak of a fresh process, in brackets libraries and input.",
+        "",
+        "| operation | ours, ms | peer | peer, ms | ratio | memory, MB | peer's |",
+        "|---|---|---|---|---|---|---|",
+    ]
     for row in figures["rows"]:
-        ratio = "peer" if row["peer"] else f"{row['ratio']:.{2 if row['ratio'] >= 0.1 else 4}f}"
-        size = "" if row["bytes"] is None else f" ({row['bytes']:,} bytes)"
-        lines.append(
-            f"| {GROUPS[row['group']]} | {row['method']}{size} | {1000 * row['seconds']:,.2f} | {ratio} | "
-            f"{1000 * row['first_seconds']:,.0f} | {row['peak_mb']:,.0f} | {row['start_mb']:,.0f} |"
-        )
+        ours, peer = (figures["operations"][row[side]] for side in ("ours", "peer"))
+        ratio = f"{row['ratio']:.{2 if row['ratio'] >= 0.1 else 4}f}"
+        cells = [row["title"], _milliseconds(ours), row["who"], _milliseconds(peer), ratio, _memory(ours), _memory(peer)]
+        out.append(f"| {' | '.join(cells)} |")
     stages = ", ".join(f"{k} {1000 * v:,.0f}" for k, v in figures["stages"].items())
     forward = "; ".join(
         f"{name}: encode {1000 * s['encode']:.0f}, decode {1000 * s['decode']:.0f}" for name, s in figures["forward"].items()
     )
-    machine, paper = figures["machine"], figures["paper"]
     return [
-        *lines,
+        *out,
         "",
-        f"Input of {figures['faces']:,} faces; stream of {figures['stream_bytes']:,} bytes, finest level "
-        f"{figures['finest_faces']:,} faces. {machine['processor']}, one of {machine['cores']} cores, load "
-        f"{machine['load']:.1f}. Encoding by stage, not refined, ms: {stages}. Forward passes alone, ms: {forward} (paper, "
-        f"CPU: {1000 * paper['encode']:,.0f} and {1000 * paper['decode']:,.0f}).",
+        f"Compressing {facts['small']:,} faces by stage, ms: {stages}. Forward passes of the paper's network alone, ms: "
+        f"{forward} (paper, CPU: {1000 * paper['encode']:,.0f} and {1000 * paper['decode']:,.0f}).",
     ]
+
+
+def _milliseconds(figures: dict) -> str:
+    size = "" if figures["bytes"] is None else f" ({figures['bytes']:,} bytes)"
+    return f"{1000 * figures['seconds']:,.{0 if figures['seconds'] >= 0.1 else 2}f}{size}"
+
+
+def _memory(figures: dict) -> str:
+    return f"{figures['peak_mb']:,.0f} ({figures['start_mb']:,.0f})"
 
 
 def medians(calls: dict[str, Callable], repeats: int) -> dict[str, float]:
@@ -114,49 +132,49 @@ def _child(*arguments: str) -> dict:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def _all(repeats: int, depth: int, slow: bool, groups: list[str]) -> dict:
+def _all(repeats: int, small: list[int], large: list[int], slow: bool, groups: list[str]) -> dict:
     """The figures of `measure`, in this process but for the memory."""
-    import torch
+    from tests.meshes.shapes import torus
 
-    from npm_blender.core.mesh import TriMesh, UnitFrame
-    from tests.meshes.shapes import bumpy
+    from .forward import PAPER, passes
 
-    torch.set_num_threads(1)
-    mesh = bumpy(depth)
-    mesh = TriMesh(UnitFrame.of(mesh.V).to_unit(mesh.V), mesh.F)
+    mesh, todo = torus(*small), pairs(tuple(groups), slow)
     with tempfile.TemporaryDirectory() as folder:
-        inputs = Inputs.write(Path(folder), mesh)
-        todo = [o for o in operations() if (slow or not o.slow) and (not groups or o.group in groups)]
-        calls = {o.name: o.prepare(inputs) for o in todo}
-        seconds = medians({o.name: calls[o.name] for o in todo if not o.slow}, repeats)
-        seconds |= {o.name: _timed(calls[o.name]) for o in todo if o.slow}
-        rows = []
-        for o in todo:
-            peer = next(p for p in todo if p.group == o.group and p.peer)
-            fresh = _child("--once", o.name, folder)
-            times = {"seconds": seconds[o.name], "ratio": seconds[o.name] / seconds[peer.name]}
-            rows.append({"group": o.group, "method": o.method, "peer": o.peer} | times | fresh)
-    stages = [_stages(mesh) for _ in range(min(repeats, 3))]
+        inputs = Inputs.write(Path(folder), mesh, torus(*large))
+        found = _measured(inputs, {name for pair in todo for name in (pair.ours, pair.peer)}, repeats)
+        forward = medians(passes(inputs.bytes_of("paper.npmesh")), repeats)
+    rows = []
+    for pair in todo:
+        about = {"title": pair.title.format(**inputs.facts), "who": pair.who.format(**inputs.facts)}
+        ratio = found[pair.ours]["seconds"] / found[pair.peer]["seconds"]
+        rows.append({"group": pair.group, "ours": pair.ours, "peer": pair.peer, "ratio": ratio} | about)
     about = {"processor": _processor(), "cores": os.cpu_count()}
     return {
         "machine": about | {"python": platform.python_version(), "load": os.getloadavg()[0]},
-        "faces": len(mesh.F),
-        "stream_bytes": len(inputs.ours),
-        "finest_faces": inputs.faces[1],
+        "facts": inputs.facts,
+        "operations": found,
         "rows": rows,
-        "stages": {k: statistics.median(s[k] for s in stages) for k in stages[0]},
-        "forward": _forward(inputs.ours, repeats),
+        "stages": _stages(mesh),
+        "forward": {name: {what: s for (n, what), s in forward.items() if n == name} for name, _ in forward},
         "paper": PAPER,
     }
 
 
+def _measured(inputs: Inputs, names: set[str], repeats: int) -> dict[str, dict]:
+    """The figures of operations, by name."""
+    todo = [o for o in operations() if o.name in names]
+    calls = {o.name: o.prepare(inputs) for o in todo}
+    seconds = medians({o.name: calls[o.name] for o in todo if not o.slow}, repeats)
+    seconds |= {o.name: _timed(calls[o.name]) for o in todo if o.slow}
+    return {name: {"seconds": seconds[name]} | _child("--once", name, str(inputs.folder)) for name in calls}
+
+
 def _stages(mesh) -> dict[str, float]:
-    """Processor seconds of our encoder by stage, not refined: the processor's share of what each stage waited."""
+    """Processor seconds of our encoder by stage: the processor's share of what each stage waited."""
     from npm_blender.core.codec import compress
-    from npm_blender.core.settings import CompressSettings
 
     begun = time.process_time()
-    waited = compress(mesh, CompressSettings(refine_steps=0)).report.seconds
+    waited = compress(mesh).report.seconds
     share = (time.process_time() - begun) / sum(waited.values())
     return {stage: share * seconds for stage, seconds in waited.items()}
 
@@ -172,49 +190,25 @@ def _once(name: str, folder: str) -> dict:
     return {"bytes": size, "first_seconds": first, "start_mb": start, "peak_mb": _peak_mb()}
 
 
-def _forward(data: bytes, repeats: int) -> dict[str, dict[str, float]]:
-    """Seconds of the network's forward passes, NumPy and torch."""
-    import torch
-
-    from npm_blender.core.bitstream import read_stream
-    from npm_blender.core.codec import ProgressiveMesh
-    from npm_blender.core.mesh import hierarchy
-    from npm_blender.core.network import NUMPY, MeshIndex, TorchBackend, decode, encode, load_weights, map_tree
-
-    stream = read_stream(data)
-    progressive = ProgressiveMesh(stream, len(data))
-    levels = hierarchy(stream.F0, len(stream.V0), progressive.levels)
-    params = load_weights().params
-    positions = [progressive.decode_positions(None, i).astype("float32") for i in range(progressive.levels + 1)]
-    calls = {}
-    for B, tree in ((NUMPY, params), (TorchBackend(), map_tree(torch.from_numpy, params))):
-        meshes, V = [MeshIndex.of(B, level) for level in levels], [B.array(v) for v in positions]
-        with torch.no_grad():
-            f = encode(B, tree, V, meshes)
-        calls[B.name, "encode"] = torch.no_grad()(lambda b=B, t=tree, v=V, m=meshes: encode(b, t, v, m))
-        calls[B.name, "decode"] = torch.no_grad()(lambda b=B, t=tree, v=V, m=meshes, f=f: decode(b, t, v[0], f, m[:-1]))
-    out: dict[str, dict[str, float]] = {}
-    for (backend, what), seconds in medians(calls, repeats).items():
-        out.setdefault(backend, {})[what] = seconds
-    return out
-
-
 def main() -> None:
     """Measure and print the table; or, for the processes that this starts, one line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--repeats", type=int, default=7)
+    parser.add_argument("--repeats", type=int, default=REPEATS)
+    parser.add_argument("--groups", default="", help=f"comma-separated, of {', '.join(GROUPS)} (default: all)")
     parser.add_argument("--json", type=Path, help="write the figures here as well")
-    parser.add_argument("--measure", nargs=4, metavar=("REPEATS", "DEPTH", "SLOW", "GROUPS"), help=argparse.SUPPRESS)
+    parser.add_argument("--measure", type=json.loads, help=argparse.SUPPRESS)
     parser.add_argument("--once", nargs=2, metavar=("NAME", "FOLDER"), help=argparse.SUPPRESS)
     o = parser.parse_args()
     if o.measure:
-        *numbers, groups = o.measure
-        repeats, depth, slow = map(int, numbers)
-        print(json.dumps(_all(repeats, depth, bool(slow), groups.split(",") if groups else [])))
+        print(json.dumps(_all(**o.measure)))
     elif o.once:
         print(json.dumps(_once(*o.once)))
     else:
-        figures = measure(o.repeats)
+        groups = tuple(filter(None, o.groups.split(",")))
+        unknown = sorted(set(groups) - set(GROUPS))
+        if unknown:
+            parser.error(f"Expected groups among {', '.join(GROUPS)}, found {', '.join(unknown)}")
+        figures = measure(o.repeats, groups=groups)
         if o.json:
             o.json.write_text(json.dumps(figures, indent=1))
         print("\n".join(table(figures)))

@@ -1,6 +1,6 @@
 """Arrays to bytes and back: the two functions that most people need (npm_blender/core/codec).
 
-A stream holds a base mesh and then features, the most important first. Any prefix that holds the base opens: what is cut
+A stream holds a base mesh and then features, the coarsest first. Any prefix that holds the base opens: what is cut
 off is detail, never surface.
 """
 from examples.picture import draw, folder
@@ -8,8 +8,7 @@ from examples.shapes import bumpy_torus
 from npm_blender.core import CompressSettings, LodSettings, compress, open_stream, write_mesh
 
 mesh = bumpy_torus()
-# a small base for a small mesh; refine_steps=0: no gradient descent (07_refine), so this takes a second and needs no torch
-made = compress(mesh, CompressSettings(LodSettings(base_faces=200), refine_steps=0))
+made = compress(mesh, CompressSettings(LodSettings(base_faces=200)))  # a small base for a small mesh
 print(f"{len(mesh.F):,} faces -> {len(made.data):,} bytes; cleaning: {made.report.cleaning}")
 
 stream = open_stream(made.data)

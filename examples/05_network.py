@@ -1,7 +1,7 @@
-"""The decoder: what a trained network makes of a base mesh, with and without features (npm_blender/core/network).
+"""The paper's decoder: what a trained network makes of a base mesh, with and without features (npm_blender/core/network).
 
 Midpoint subdivision alone adds faces and no shape. With zero features the network guesses how the surface runs between the
-vertices; with the encoder's features, 8 numbers a face and level, it is told. (A file holds 40 of them, then offsets of edges.)
+vertices; with the encoder's features, 8 numbers a face and level, it is told. That is what a file of model="paper" holds.
 """
 import numpy as np
 

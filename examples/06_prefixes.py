@@ -1,6 +1,6 @@
-"""What a prefix is worth: error over bytes (npm_blender/core/bitstream writes the packets, npm_blender/core/codec orders them).
+"""What a prefix is worth: error over bytes (npm_blender/core/bitstream codes the numbers, npm_blender/core/codec stages them).
 
-Features are sent in order of what each gains, so the error falls fast at first. The stream is cut at ever later bytes and opened.
+Numbers are sent in coarse steps first, so the error falls fast at first. The stream is cut at ever later bytes and opened.
 """
 import numpy as np
 
@@ -10,7 +10,7 @@ from npm_blender.core import CompressSettings, LodSettings, compress, open_strea
 from npm_blender.core.evaluation import Original
 
 mesh = bumpy_torus()
-data = compress(mesh, CompressSettings(LodSettings(base_faces=200), refine_steps=0)).data
+data = compress(mesh, CompressSettings(LodSettings(base_faces=200))).data
 whole, original = open_stream(data), Original(mesh, samples=10_000)
 
 sizes, errors, panels = np.geomspace(whole.base_bytes, len(data), 7).round().astype(int), [], {}
@@ -19,10 +19,10 @@ for size in sizes.tolist():
     decoded = cut.decode()
     errors.append(original.evaluate(decoded))
     panels[f"{size:,} bytes"] = decoded
-    print(f"{size:6,} bytes  {cut.features:5,} features  d_pm {errors[-1].d_pm:6.2f}  d_normal {errors[-1].d_normal:5.2f}")
+    print(f"{size:6,} bytes  {cut.features:5,} features  error {errors[-1].worse:6.2f}  d_normal {errors[-1].d_normal:5.2f}")
 
 out = folder()
 write_mesh(out / "06_half.ply", open_stream(data[: len(data) // 2]).decode())
-lines = {"the stream, cut": (sizes, [error.d_pm for error in errors])}
-plot(out / "06_error_over_bytes.png", "bytes", "d_pm, 1e-4 of the longest side", lines)
+lines = {"the stream, cut": (sizes, [error.worse for error in errors])}
+plot(out / "06_error_over_bytes.png", "bytes", "error the worse way, 1e-4 of the longest side", lines)
 draw(out / "06_prefixes.png", {title: panels[title] for title in list(panels)[::2][:4]})

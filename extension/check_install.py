@@ -1,4 +1,4 @@
-"""`make check-extension`: the built zip, installed and used in a Blender of factory settings, without torch.
+"""`make check-extension`: the built zip, installed and used in a Blender of factory settings.
 
     BLENDER=path python -m extension.check_install
 

@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 from .lock import Package, Wheel
 from .staging import MANIFEST
 
-NEVER = {"numpy", "torch", "bpy", "scipy"}  # Blender's own, too large, or of tests only
+NEVER = {"numpy", "bpy", "scipy"}  # Blender's own, or of tests only
 NEEDED = ("__init__.py", MANIFEST, "LICENSE", "jobs/worker.py", "core/codec/compression.py", "weights/npm1.npz")
 UNWANTED = re.compile(r"(^|/)(__pycache__|tests?|training|benchmarks|corpus|\.[^/]+)/|\.(pyc|nbi|nbc|pt|pth|zip|blend)$|(^|/)\.")
 

@@ -1,6 +1,6 @@
 """Run by a Blender (check_install.py): installs the zip that fits it into a user folder of its own, and uses it there.
 
-Packages that the system gives this Blender, as Debian does with numba and torch, are hidden from the Blenders that it
+Packages that the system gives this Blender, as Debian does with numba, are hidden from the Blenders that it
 starts: another folder is mounted in the place of theirs, in a mount namespace of their own. That needs root on Linux.
 """
 import os
@@ -19,7 +19,7 @@ sys.path.insert(0, str(ROOT))
 
 from extension.contents import python_versions  # noqa: E402 - found in the folder above
 
-OURS = ("numba", "llvmlite", "trimesh", "pytetwild", "torch")  # what must come from the zip, or not at all
+OURS = ("numba", "llvmlite", "trimesh", "pytetwild")  # what must come from the zip
 SECONDS = 900
 
 
@@ -36,11 +36,11 @@ def fitting_zip() -> Path:
              "run make extension, or make extension DEBIAN=1 for a Blender of Debian's")
 
 
-def hidden(scratch: Path) -> tuple[list[str], Path | None]:
-    """(words that start a program which does not see the system's own packages, where it sees torch instead)."""
+def hidden(scratch: Path) -> list[str]:
+    """Words that start a program which does not see the system's own packages."""
     folders = {str(Path(spec.origin).parents[1]) for name in OURS if (spec := find_spec(name)) and spec.origin}
     if not folders:
-        return [], None
+        return []
     if sys.platform != "linux" or os.geteuid() or shutil.which("unshare") is None:
         sys.exit(f"Expected a Blender without {', '.join(OURS)}, found some in {', '.join(sorted(folders))}; "
                  "to hide them, run this as root")
@@ -62,9 +62,7 @@ def hidden(scratch: Path) -> tuple[list[str], Path | None]:
         for folder, whole in zip(sorted(folders), wholes, strict=True):
             subprocess.run(["umount", folder, str(whole)])
         sys.exit("Expected mounts to stay in a namespace of their own, found that they do not here; run this elsewhere")
-    torch = find_spec("torch")
-    folder = torch and torch.origin and str(Path(torch.origin).parents[1])
-    return wrapper, wholes[sorted(folders).index(folder)] if folder in folders else None
+    return wrapper
 
 
 def _elsewhere(scratch: Path, folder: Path) -> Path:
@@ -100,8 +98,7 @@ def main() -> None:
     print(f"Blender {bpy.app.version_string}, Python {sys.version.split()[0]}, {path.relative_to(ROOT)}", flush=True)
     with tempfile.TemporaryDirectory() as folder:
         scratch = Path(folder)
-        wrapper, elsewhere = hidden(scratch)
-        blender = [*wrapper, bpy.app.binary_path]
+        blender = [*hidden(scratch), bpy.app.binary_path]
         environment = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "NUMBA", "NPMESH"))}
         environment["BLENDER_USER_RESOURCES"] = str(scratch / "user")
         (scratch / "user").mkdir()
@@ -109,13 +106,9 @@ def main() -> None:
         run("install", [*blender, "--command", "extension", "install-file", "-r", "user_default", "-e", str(path)],
             environment)
         use = [*blender, "-b", "--python-exit-code", "1", "-P", str(ROOT / "extension" / "use_installed.py"), "--"]
-        run("use without torch", [*use, str(scratch)], environment)
+        run("use", [*use, str(scratch)], environment)
         run("use again, compiled", [*use, str(scratch)], environment)
         run("command line", [*blender, "--command", "npmesh", "info", str(scratch / "shape.npmesh")], environment)
-        if elsewhere is not None:
-            run("use with torch from a folder", [*use, str(scratch), str(elsewhere)], environment)
-        else:
-            print("not run: with torch from a folder, as this system has none")
     print("all checks passed")
 
 

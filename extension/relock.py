@@ -12,9 +12,8 @@ from .wheels import digest_of, download
 
 HEAD = """\
 # The wheels that the extension's zips carry, unchanged from the package index, with their SHA-256.
-# numpy is Blender's own and never among them; torch is too large to carry and optional; DracoPy would add 5 MB for each
-# Python for .drc files on the command line only, which says so. numba has no wheels for Intel Macs any more. Versions are
-# those of requirements/run.txt (a test compares).
+# numpy is Blender's own and never among them; DracoPy would add 5 MB for each Python for .drc files on the command line
+# only, which says so. numba has no wheels for Intel Macs any more. Versions are those of requirements/run.txt (a test compares).
 # After changing a version: python -m extension.relock
 """
 

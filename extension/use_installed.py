@@ -1,7 +1,6 @@
 """Run by a Blender into which the zip was installed (in_blender.py): compress, preview, decode, write and read a mesh.
 
-Arguments: a folder for files, and, to refine with it, a folder that holds torch. Lines that start with two spaces are
-for whoever reads the check.
+Argument: a folder for files. Lines that start with two spaces are for whoever reads the check.
 """
 import importlib
 import sys
@@ -13,7 +12,7 @@ import numpy as np
 from mathutils.bvhtree import BVHTree
 
 PACKAGE = "bl_ext.user_default.npm_blender"
-folder, *torch = map(Path, sys.argv[sys.argv.index("--") + 1:])
+folder = Path(sys.argv[sys.argv.index("--") + 1])
 
 
 def positions(obj) -> np.ndarray:
@@ -35,44 +34,35 @@ def add_shape():
 
 
 def check_packages(preferences) -> None:
-    """In the worker: everything compiled comes from the zip's wheels, and torch only from the folder that was chosen."""
+    """In the worker: everything compiled comes from the zip's wheels."""
     bpy.ops.preferences.npmesh_check()
     found = dict(line.replace(":", "").split(" ", 1) for line in preferences.checked.splitlines())
     wheels = str(Path(bpy.utils.user_resource("EXTENSIONS"), ".local"))
     for name in ("numba", "trimesh", "pytetwild"):
         assert wheels in found[name], f"{name}: {found[name]}"
     assert wheels not in found["numpy"], "NumPy must be Blender's own"
-    assert (str(torch[0]) in found["torch"]) if torch else found["torch"] == "not found", found["torch"]
     for name, text in found.items():
         print(f"  {name} {text.replace(wheels, 'the wheels')}")
-    status = importlib.import_module(f"{PACKAGE}.runtime.packages").found(preferences.torch_folder)
-    assert [s.package.name for s in status if s.problem] == ([] if torch else ["torch"])
-    if not torch:
-        package = status[-1].package
-        print(f"  torch is missing. {package.purpose}. Remedy: {package.remedy}")
+    status = importlib.import_module(f"{PACKAGE}.runtime.packages").found()
+    assert not [s.package.name for s in status if s.problem]
 
 
 def main() -> None:
     """Everything that an artist does first."""
     assert PACKAGE in bpy.context.preferences.addons, "the extension is not enabled"
-    assert "torch" not in sys.modules and "numba" not in sys.modules, "starting loads torch or numba"
+    assert "numba" not in sys.modules, "starting loads numba"
     preferences = bpy.context.preferences.addons[PACKAGE].preferences
-    preferences.torch_folder = str(torch[0]) if torch else ""
-    preferences.threads = 1 if torch else 0
     check_packages(preferences)
 
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=False)
     obj = add_shape()
     before, start = positions(obj), time.perf_counter()
-    assert bpy.ops.object.npmesh_compress(base_faces=200, levels=2 if torch else 3, refine_steps=4) == {"FINISHED"}
+    assert bpy.ops.object.npmesh_compress(base_faces=200, levels=3) == {"FINISHED"}
     took = time.perf_counter() - start
     shown = bpy.context.active_object
     state = shown.npmesh
     assert state.is_preview and obj.hide_get() and np.array_equal(positions(obj), before)
-    print(f"  compressed 20,480 faces to {state.stream_bytes:,} bytes in {took:.1f} s"
-          f"{', refined with torch' if torch else ''}")
-    notes = obj.npmesh.report.lower()
-    assert ("not refined" in notes) != bool(torch), notes
+    print(f"  compressed 20,480 faces to {state.stream_bytes:,} bytes in {took:.1f} s")
 
     counts = []
     for level in range(state.level_count + 1):
@@ -104,8 +94,7 @@ def main() -> None:
           f"{cut.total_features} features")
     bpy.context.view_layer.objects.active = shown
     assert bpy.ops.object.npmesh_apply() == {"FINISHED"}
-    places = [m.__file__ for m in (sys.modules.get("numba"), sys.modules.get("torch")) if m]
-    assert all(".local" in place for place in places), places
+    assert ".local" in getattr(sys.modules.get("numba"), "__file__", ".local"), "numba is not the zip's"
 
 
 main()

@@ -1,4 +1,4 @@
-"""Preferences > Add-ons: threads, device, where PyTorch is, the cache, and which packages are there.
+"""Preferences > Add-ons: threads, the cache, and which packages are there.
 
 Everything here is about the worker process; `worker_settings` is how it gets there. Nothing is downloaded: what is
 missing is named, with what to do about it.
@@ -8,9 +8,8 @@ from functools import lru_cache
 from pathlib import Path
 
 import bpy
-from bpy.props import EnumProperty, IntProperty, StringProperty
+from bpy.props import IntProperty, StringProperty
 
-from .core.settings import ComputeSettings
 from .jobs import WorkerSettings
 from .runtime import caches, packages
 
@@ -24,17 +23,8 @@ class NpmPreferences(bpy.types.AddonPreferences):
 
     threads: IntProperty(
         name="Threads", default=0, min=0, max=256, soft_max=32,
-        description="Processor threads of a job. With 0, building levels takes all cores, up to eight, and fitting "
-                    "features half of them, up to four. Blender's window goes first in any case")
-    device: EnumProperty(
-        name="Device", default="cpu",
-        description="What fits features to a mesh, where PyTorch is installed",
-        items=(("cpu", "CPU", "The processor"),
-               ("gpu", "GPU", "The graphics card, if PyTorch is a version for it; else the processor, with a note")))
-    torch_folder: StringProperty(
-        name="PyTorch Folder", subtype="DIR_PATH", update=lambda self, context: forget_status(),
-        description="Where PyTorch is, if not in Blender's own Python: a folder that pip installed it to, or a virtual "
-                    "environment of the same Python version")
+        description="Processor threads of a job, for the steps that use several. With 0, these take all cores, up to eight. "
+                    "Blender's window goes first in any case")
     cache: StringProperty(
         name="Cache Folder", subtype="DIR_PATH",
         description="Where compiled code and remeshed surfaces are kept, so that they need not be made again. Empty for "
@@ -44,16 +34,10 @@ class NpmPreferences(bpy.types.AddonPreferences):
     def draw(self, context):
         """Called by Blender for the extension's entry in the list of add-ons."""
         layout = self.layout
-        status = find_packages(self.torch_folder)
-        torch = not status[-1].problem
-        _draw_packages(layout.box(), status, self.checked)
+        _draw_packages(layout.box(), find_packages(), self.checked)
         column = layout.column()
         column.use_property_split, column.use_property_decorate = True, False
-        column.prop(self, "torch_folder")
-        part = column.column()
-        part.active = torch
-        part.row().prop(self, "device", expand=True)
-        part.prop(self, "threads", text="Threads" if self.threads else "Threads (Automatic)")
+        column.prop(self, "threads", text="Threads" if self.threads else "Threads (Automatic)")
         column.separator()
         column.prop(self, "cache", placeholder=cache_folder() or "")
         row = layout.row()
@@ -88,10 +72,10 @@ def _megabytes(size: int) -> str:
     return f"{size / 1e6:.1f} MB"
 
 
-@lru_cache(maxsize=4)
-def find_packages(torch_folder: str) -> tuple[packages.Status, ...]:
+@lru_cache(maxsize=1)
+def find_packages() -> tuple[packages.Status, ...]:
     """`packages.found`, remembered while the preferences are drawn again and again."""
-    return packages.found(bpy.path.abspath(torch_folder) if torch_folder else "")
+    return packages.found()
 
 
 def forget_status() -> None:
@@ -134,17 +118,7 @@ def cache_folder() -> str | None:
 def worker_settings() -> WorkerSettings:
     """What a worker process that starts now may use."""
     preferences = current()
-    if preferences is None:
-        return WorkerSettings(cache=cache_folder())
-    torch = find_packages(preferences.torch_folder)[-1]
-    return WorkerSettings(ComputeSettings(preferences.threads, preferences.device), cache_folder(),
-                          "" if torch.problem else torch.path)
-
-
-def finds_torch() -> bool:
-    """Whether the worker will have PyTorch, without which nothing is refined."""
-    preferences = current()
-    return not find_packages(preferences.torch_folder if preferences else "")[-1].problem
+    return WorkerSettings(preferences.threads if preferences else 0, cache_folder())
 
 
 CLASSES = (NpmPreferences,)

@@ -8,7 +8,9 @@ from tests.meshes.shapes import bumpy, grid, torus
 
 def main() -> None:
     """Closed, open, with a handle, in parts, and damaged."""
-    settings = CompressSettings(lod=LodSettings(base_faces=60, levels=2), refine_steps=0)
+    lod = LodSettings(base_faces=60, levels=2)
+    receive(compress(bumpy(3), CompressSettings(lod, model="paper")).data)
+    settings = CompressSettings(lod)
     for mesh in (bumpy(3), grid(24), torus(24, 16), joined(bumpy(2), moved(grid(12), by=(4, 0, 0))), soup(bumpy(2)), klein()):
         received = receive(compress(mesh, settings).data)
         measure_prefixes(received.open(), mesh)

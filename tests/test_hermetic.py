@@ -8,7 +8,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 CORE = sorted((ROOT / "npm_blender" / "core").glob("**/*.py"))
-MAY_USE_TORCH = {"descent.py", "torch_backend.py"}
+MAY_USE_TORCH = {"torch_backend.py"}
 
 
 def imported(path: Path) -> set[str]:

@@ -7,7 +7,7 @@ gets a 100-face base with one more level, so that the last step of the network l
 """
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,10 @@ from npm_blender.core.errors import FileError
 from npm_blender.core.levels import build_lod
 from npm_blender.core.mesh import TriMesh, UnitFrame
 from npm_blender.core.meshio import read_mesh
-from npm_blender.core.settings import LodSettings
+from npm_blender.core.settings import PAPER_FACES, PAPER_LEVELS, LodSettings
+
+USUAL = LodSettings(PAPER_FACES, PAPER_LEVELS)
+FEW = LodSettings(base_faces=100, levels=4)
 
 
 @dataclass(frozen=True)
@@ -43,16 +46,16 @@ def tasks(folder: Path, out: Path, variants: int) -> list[Task]:
         raise FileError(f"Expected mesh files in {folder}, found none; give a folder of {' '.join(SUFFIXES)}")
     out_of = {split: out / split for split in ("train", "val")}
     result = [
-        Task(f"{split}/{name}", path, out_of[split] / f"{name}.npz", LodSettings()) for name, path, split in found
+        Task(f"{split}/{name}", path, out_of[split] / f"{name}.npz", USUAL) for name, path, split in found
     ]
     train = [(name, path) for name, path, split in found if split == "train"]
     for k in range(1, variants + 1):
         result += [
-            Task(f"train/{name}.v{k}", path, out_of["train"] / f"{name}.v{k}.npz", LodSettings(variant=k))
+            Task(f"train/{name}.v{k}", path, out_of["train"] / f"{name}.v{k}.npz", replace(USUAL, variant=k))
             for name, path in train
         ]
     result += [
-        Task(f"train/{name}.b100", path, out_of["train"] / f"{name}.b100.npz", LodSettings(base_faces=100, levels=4))
+        Task(f"train/{name}.b100", path, out_of["train"] / f"{name}.b100.npz", FEW)
         for name, path in train[::4]
     ]
     return result

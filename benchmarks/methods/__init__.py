@@ -15,6 +15,7 @@ from types import ModuleType
 METHODS = (
     "ours",
     "ours_sized",
+    "ours_paper",
     "qslim_draco",
     "qslim",
     "fast_quadric",
@@ -23,8 +24,6 @@ METHODS = (
     "subdivfit",
     "neural_subdivision",
     "progressive_meshes",
-    "subdivision_codec",
-    "subdivision_embedded",
     "meshopt",
     "draco",
 )

@@ -8,20 +8,16 @@ import igl
 import numpy as np
 
 from npm_blender.core.cleaning import clean
-from npm_blender.core.codec import LATENTS
 from npm_blender.core.decimation import decimate
 from npm_blender.core.evaluation import Original
-from npm_blender.core.levels import LodSequence, build_levels
 from npm_blender.core.mesh import TriMesh, UnitFrame, in_morton_order
-from npm_blender.core.network import EDGES
-from npm_blender.core.network import FEATURES as FEATURES_IN_LATENT
-from npm_blender.core.settings import CompressSettings
+from npm_blender.core.network import FEATURES as NUMBERS_IN_LATENT
+from npm_blender.core.settings import PAPER_FACES, CompressSettings
 
 BUDGETS = (1_000, 2_000, 4_000, 8_000, 16_000, 32_000)  # bytes
-FEATURES = (0, 40, 400)  # of the paper's table 2
-CURVE = (0, 40, 120, 400, 1200)  # features whose numbers are the points of the CR curve
-LEVELS = 3
-BASE_FACES = 400
+FEATURES = (0, 40, 400)  # latents of the paper's table 2
+CURVE = (0, 40, 120, 400, 1200)  # latents whose numbers are the points of the CR curve
+BASE_FACES = PAPER_FACES
 SEARCH_SAMPLES = 10_000  # points each way that a search for the best setting measures with
 
 
@@ -53,13 +49,9 @@ class Case:
         return Original(self.mesh, self.samples)
 
     @cached_property
-    def lod(self) -> LodSequence:
-        """The LoD sequence of 400 base faces."""
-        return self.sequence(BASE_FACES)
-
-    def sequence(self, base_faces: int) -> LodSequence:
-        """The LoD sequence of another base."""
-        return build_levels(decimate(self.mesh, base_faces), LEVELS)
+    def base_vertices(self) -> int:
+        """Vertices of the paper's base, of 400 faces."""
+        return len(decimate(self.mesh, BASE_FACES).V0)
 
     def once(self, key, make: Callable):
         """make(), kept under `key`: what one method shares between its calls, or with others."""
@@ -82,10 +74,9 @@ class Case:
         """The error by which searches choose, the worse way, from fewer points than the tables'. MeshError without area."""
         return self.original.worse(decoded, SEARCH_SAMPLES)
 
-    def scalars(self, features: int) -> int:
-        """Numbers that our stream spends on its base mesh and so many features: 8 a latent, 3 a feature of offsets."""
-        latents = min(features, LATENTS)
-        return 3 * len(self.lod.V0) + FEATURES_IN_LATENT * latents + EDGES * (features - latents)
+    def scalars(self, latents: int) -> int:
+        """Numbers that the paper's model spends on its base mesh, 3 a vertex, and so many latents, 8 each."""
+        return 3 * self.base_vertices + NUMBERS_IN_LATENT * latents
 
     def cr(self, scalars: int) -> float:
         """The paper's compression ratio for so many numbers."""
@@ -101,4 +92,4 @@ class Coded:
     label: str
 
 
-__all__ = ["BUDGETS", "CURVE", "FEATURES", "LEVELS", "Case", "Coded"]
+__all__ = ["BUDGETS", "CURVE", "FEATURES", "Case", "Coded"]

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 from npm_blender.core.codec import Compressed, compress, open_stream
 from npm_blender.core.errors import SettingsError
-from npm_blender.core.settings import AUTO, LodSettings
 
 from .case import Case, Coded
 
@@ -13,23 +12,24 @@ NAME = "ours, made for the size"
 
 def made(case: Case, budget: int) -> Compressed:
     """The stream for a budget. Raises SettingsError where no base mesh is so small."""
-    return compress(case.mesh, replace(case.settings, lod=LodSettings(base_faces=AUTO, levels=AUTO), budget=budget))
+    return compress(case.mesh, replace(case.settings, budget=budget))
 
 
 def at_bytes(case: Case, budgets: tuple[int, ...]) -> list[Coded | None]:
-    """A stream for each budget; one whose base is the whole input, sent with all features, serves all larger ones too."""
+    """A stream for each budget, ascending; one that is the same for the next budget serves all larger ones too."""
     out: list[Coded | None] = []
+    before, final = b"", False
     for budget in budgets:
-        if not (out and out[-1] and out[-1].label.endswith("everything")):
-            try:
-                found = made(case, budget)
-            except SettingsError:
-                out.append(None)
-                continue
-            report, progressive = found.report, open_stream(found.data)
-            label = f"{report.base_faces} faces, {report.levels} levels"
-            if report.base_faces == len(case.mesh.F) and report.bytes < 0.98 * budget:
-                label += ", everything"
-            coded = Coded(progressive.decode(), report.bytes, label)
-        out.append(coded)
+        if final:
+            out.append(out[-1])
+            continue
+        try:
+            found = made(case, budget)
+        except SettingsError:
+            out.append(None)
+            continue
+        final, before = found.data == before, found.data
+        report = found.report
+        label = f"{report.base_faces} faces, {report.levels} levels"
+        out.append(Coded(open_stream(found.data).decode(), report.bytes, label))
     return out

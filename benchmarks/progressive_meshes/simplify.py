@@ -12,6 +12,7 @@ import numpy as np
 
 from npm_blender.core.decimation import (
     DEAD,
+    NEVER,
     REJECTED,
     best_point,
     collapse_edge,
@@ -19,8 +20,8 @@ from npm_blender.core.decimation import (
     gather_stencil,
     half_edges_with_quadrics,
     heapify_edges,
-    is_border,
     link_condition_holds,
+    oriented,
     put_edge,
     shape_holds,
     take_edge,
@@ -28,13 +29,12 @@ from npm_blender.core.decimation import (
 from npm_blender.core.geometry import next_halfedge, prev_halfedge
 from npm_blender.core.jit import compiled
 from npm_blender.core.mesh import TriMesh
-from npm_blender.core.parameterization import ANCHORED, EDGE, INNER, MAX_RING
+from npm_blender.core.parameterization import EDGE, INNER, MAX_RING
 
 SHARE = 8  # a batch collapses at most one vertex in SHARE
 DEARER = 4.0  # and no edge that costs this many times more than that share's dearest edge
 _TESTS = ((0.2, 0.01), (0.0, 0.001), (-0.9, 0.0))  # least cosine between normals, least face quality; then milder ones
 _MAX_VALENCES = 40  # of both ends of a collapsed edge
-_REFUSED = -1  # beside INNER, ANCHORED and EDGE: an edge that does not collapse
 KEPT, REMOVED = 0, 1  # columns of Collapses.ends and at
 BEGIN, END = 0, 1  # columns of Collapses.cuts
 
@@ -132,21 +132,6 @@ def _touch(m, Q, heap, cost, place, i, size):
 
 
 @compiled
-def _oriented(m, h):
-    """The half-edge of an edge that starts at the vertex to be kept, and its kind; _REFUSED if it joins two borders."""
-    o = m.opposite[h]
-    if o == h:
-        return h, EDGE
-    i, j = m.corner[h], m.corner[next_halfedge(h)]
-    at_i, at_j = is_border(m, i), is_border(m, j)
-    if at_i and at_j:
-        return h, _REFUSED
-    if at_j:
-        return o, ANCHORED
-    return h, ANCHORED if at_i else INNER
-
-
-@compiled
 def _note(log, done, X, i, j, begin, end):
     """Row of a collapse of j into i."""
     log.ends[done, KEPT], log.ends[done, REMOVED] = i, j
@@ -172,8 +157,8 @@ def _batch(m, Q, queue, now, rules, log, work):
             work.aside[waiting], work.aside_cost[waiting] = e, c
             waiting += 1
             continue
-        h, kind = _oriented(m, h)
-        if kind == _REFUSED or m.valence[i] + m.valence[j] > _MAX_VALENCES:
+        h, kind = oriented(m, e, False)
+        if kind == NEVER or m.valence[i] + m.valence[j] > _MAX_VALENCES:
             continue
         i, j = m.corner[h], m.corner[next_halfedge(h)]
         stencil = gather_stencil(m, h, kind, ring, face)

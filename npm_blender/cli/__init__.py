@@ -42,8 +42,8 @@ def build_parser(prog: str) -> argparse.ArgumentParser:
         allow_abbrev=False,
         formatter_class=_Help,
         description=(
-            "Compress triangle meshes into progressive .npmesh files: a coarse base mesh, then learned features that\n"
-            "add detail in order of importance, so any prefix of the file past the base shows the whole shape."
+            "Compress triangle meshes into progressive .npmesh files: a coarse base mesh, then features that add\n"
+            "detail, the coarsest first, so any prefix of the file past the base shows the whole shape."
         ),
     )
     parser.add_argument("--version", action="version", version=f"npmesh {__version__}", help="show the version and exit")

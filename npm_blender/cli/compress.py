@@ -7,8 +7,7 @@ from pathlib import Path
 
 from ..core.errors import SettingsError
 from ..core.files import SUFFIX, write_file
-from ..core.settings import AUTO, CLEAN_MODES, CompressSettings, LodSettings
-from ..jobs.machine import compute_settings
+from ..core.settings import AUTO, CLEAN_MODES, MODELS, PAPER_FACES, PAPER_LEVELS, CompressSettings, LodSettings
 from .console import ProgressLine, print_json
 from .files import check_input, check_output
 
@@ -16,7 +15,7 @@ HELP = "mesh file -> .npmesh"
 
 
 def number_or_auto(text: str) -> int:
-    """The value of --base-faces or --levels. Raises ArgumentTypeError for what is neither a whole number nor auto."""
+    """A whole number, or AUTO for auto. Raises ArgumentTypeError for what is neither."""
     if text == "auto":
         return AUTO
     try:
@@ -31,23 +30,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("input", metavar="IN", type=Path, help="mesh to read: .ply .obj .off .stl .glb .drc")
     parser.add_argument("output", metavar="OUT.npmesh", type=Path, help="file to write")
     parser.add_argument(
+        "--model",
+        choices=MODELS,
+        default=whole.model,
+        help=f"displaced: detail as moves along normals; paper: latents and a network, {PAPER_FACES} base faces and "
+        f"{PAPER_LEVELS} levels if not told otherwise (default %(default)s)",
+    )
+    parser.add_argument(
         "--base-faces",
         metavar="N",
         type=number_or_auto,
-        help=f"faces of the base mesh, or auto: as many as the shape needs (default {lod.base_faces}; auto with --bytes)",
+        default=lod.base_faces,
+        help="faces of the base mesh, or auto: what suits the mesh, or the size that --bytes gives (default auto)",
     )
     parser.add_argument(
         "--levels",
         metavar="L",
         type=number_or_auto,
-        help="subdivisions of the base, 1 to 6, or auto: fewer for a large base; each has four times the faces "
-        f"(default {lod.levels}; auto with --bytes)",
+        default=lod.levels,
+        help="subdivisions of the base, 1 to 6, or auto: fewer for a large base; each has four times the faces (default auto)",
     )
     parser.add_argument(
         "--bytes",
         metavar="B",
         type=int,
-        help="most bytes of the file; base faces and levels are those that show most for them, if they are not given",
+        help="most bytes of the file; what is auto is then what shows most for them",
     )
     parser.add_argument(
         "--clean",
@@ -58,22 +65,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--position-bits",
         metavar="B",
-        type=int,
+        type=number_or_auto,
         default=whole.position_bits,
-        help="bits per base coordinate at most, 9 to 14 (default %(default)s)",
+        help="bits per base coordinate, 4 to 20, or auto: as many as the mesh's error asks for (default auto)",
     )
     parser.add_argument(
         "--order",
         choices=("gain", "magnitude"),
         default=whole.order,
-        help="what makes a feature important: measured gain, or its magnitude (default %(default)s)",
-    )
-    parser.add_argument(
-        "--refine-steps",
-        metavar="K",
-        type=int,
-        default=whole.refine_steps,
-        help="gradient steps that fit the features to this mesh; needs torch (default: some with torch, else 0)",
+        help="of --model paper: what makes a feature important, measured gain or its magnitude (default %(default)s)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of text")
 
@@ -82,17 +82,11 @@ def run(args: argparse.Namespace) -> None:
     """Compress, write the file, and print what was done."""
     if args.bytes is not None and not args.bytes:
         raise SettingsError("Expected --bytes to be above 0, found 0; leave it out for a file with all features")
-    usual = LodSettings() if args.bytes is None else LodSettings(base_faces=AUTO, levels=AUTO)
-    lod = LodSettings(
-        base_faces=usual.base_faces if args.base_faces is None else args.base_faces,
-        levels=usual.levels if args.levels is None else args.levels,
-        clean=args.clean,
-    )
     settings = CompressSettings(
-        lod=lod,
+        lod=LodSettings(base_faces=args.base_faces, levels=args.levels, clean=args.clean),
         position_bits=args.position_bits,
+        model=args.model,
         order=args.order,
-        refine_steps=args.refine_steps,
         budget=args.bytes or 0,
     )
     check_input(args.input)
@@ -110,7 +104,7 @@ def run(args: argparse.Namespace) -> None:
 def compress_file(source: Path, target: Path, settings: CompressSettings, progress: ProgressLine) -> dict:
     """Read `source`, compress it and write `target` atomically; the report as a JSON-able dict.
 
-    `seconds` has read, clean, decimate, levels, encode, order, write, and whatever further stages the codec reports.
+    `seconds` has read, and the stages that the codec reports, from clean to write.
     Raises the NpmError family and OSError; then `target` is as it was.
     """
     from ..core.meshio import read_mesh
@@ -121,7 +115,7 @@ def compress_file(source: Path, target: Path, settings: CompressSettings, progre
     seconds = {"read": time.perf_counter() - start}
     from ..core.codec import compress  # after reading: a file that cannot be read is reported at once
 
-    done = compress(mesh, settings, progress, compute_settings())
+    done = compress(mesh, settings, progress)
     start = time.perf_counter()
     write_file(target, done.data)
     wrote = time.perf_counter() - start

@@ -12,9 +12,9 @@ from ..core.settings import CompressSettings
 from . import compress, evaluate
 from .console import ProgressLine
 from .files import check_input, check_output, open_stream_file
-from .info import STOPS
 
 HELP = "compress, measure and render a mesh, by default one that Blender makes"
+STOPS = 4  # of the stream, that the first row shows beside the source
 SAMPLES = 200_000  # points per direction; steady to about 0.3 %, and a fifth of the time of `evaluate`
 WIRE_LEVELS = 3  # finer levels are so dense that their edges would hide the surface
 Y_UP = (".obj", ".glb", ".gltf")  # formats in which up is usually y; it matters for the picture only
@@ -27,13 +27,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", metavar="DIR", type=Path, default=Path("out/demo"), help="folder to write to (default %(default)s)"
     )
     parser.add_argument(
-        "--refine-steps",
-        metavar="K",
-        type=int,
-        default=None,
-        help="as for compress",
-    )
-    parser.add_argument(
         "--up",
         choices=("y", "z"),
         default=None,
@@ -43,10 +36,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Run all steps, printing each result as it is there."""
+    from ..core.evaluation import thinned
     from ..core.meshio import read_mesh, write_mesh
     from ..demo.blender import require_blender
 
-    settings = CompressSettings(refine_steps=args.refine_steps)
     if args.mesh is not None:
         check_input(args.mesh)
     require_blender()
@@ -55,12 +48,12 @@ def run(args: argparse.Namespace) -> None:
         source = args.mesh if args.mesh is not None else _sculpt(args.out, progress)
         name = source.stem if args.mesh is not None else "sculpt"
         target = check_output(args.out / f"{name}{SUFFIX}", source, (SUFFIX,))
-        summary = compress.compress_file(source, target, settings, progress)
+        summary = compress.compress_file(source, target, CompressSettings(), progress)
         for message in summary["messages"]:
             progress.note(message)
         original, progressive = read_mesh(source), open_stream_file(target)
         top = progressive.levels
-        by_features = [(n, top) for n in (*(n for n in STOPS if n < progressive.features), progressive.features)]
+        by_features = [(n, top) for n in thinned(progressive.stops, STOPS)]
         by_level = [(progressive.features, level) for level in range(top + 1)]
         rows = evaluate.measure(progressive, original, list(dict.fromkeys(by_features + by_level)), progress, SAMPLES)
         row_at = {(row["features"], row["level"]): row for row in rows}
@@ -106,13 +99,13 @@ def _render(
     def lines(stop: tuple[int, int]) -> tuple[str, ...]:
         return (
             f"{len(meshes[stop].F):,} faces · {row_at[stop]['bytes']:,} bytes",
-            f"d_pm {row_at[stop]['d_pm']:.2f} × 10⁻⁴",
+            f"error {row_at[stop]['worse']:.2f} × 10⁻⁴",
         )
 
     by_features, by_level = stops
     shown = {stop: upright(mesh, up) for stop, mesh in meshes.items()}
     titles = {features: f"{features:,} features" for features, _ in by_features}
-    titles[0], titles[by_features[-1][0]] = "No features", f"All {by_features[-1][0]:,} features"
+    titles[0], titles[by_features[-1][0]] = "No features", "All features"
     first = [Cell(upright(original, up), "Source", (f"{len(original.F):,} faces", f"{size:,} bytes"))]
     first += [Cell(shown[stop], titles[stop[0]], lines(stop)) for stop in by_features]
     second = [Cell(shown[stop], f"Level {stop[1]}", lines(stop), wire=stop[1] < WIRE_LEVELS) for stop in by_level]

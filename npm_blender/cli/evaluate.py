@@ -2,7 +2,7 @@
 
 d_pm: mean distance of the decoded mesh to the original, x1e-4, in the original's unit cube; d_normal: mean angle
 between their normals, degrees; d_reverse: mean distance of the original to the decoded mesh, x1e-4; worse: the
-larger of both distances. CR counts numbers, as the paper does: 3 |V| / (3 |V0| + 8 x features); `bytes` counts the file.
+larger of both distances. CR counts numbers, as the paper does: 3 |V| / (3 |V0| + numbers); `bytes` counts the file.
 """
 
 import argparse
@@ -25,8 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--features",
         metavar="LIST",
         type=features_list_type,
-        default=features_list_type("0,40,400,all"),
-        help="numbers of features, separated by commas (default 0,40,400,all)",
+        help="numbers of features, separated by commas (default: the stops of the file, see info)",
     )
     parser.add_argument(
         "--level", metavar="L", type=count_type, default=None, help="level of detail (default: the finest)"
@@ -46,7 +45,8 @@ def run(args: argparse.Namespace) -> None:
             progress.note(f"{args.input} {progressive.shortfall}")
         progress(0.0, f"Reading {args.original.name}")
         original = read_mesh(args.original)
-        stops = [(number_of_features(progressive, wanted, progress.note), level) for wanted in args.features]
+        chosen = progressive.stops if args.features is None else args.features
+        stops = [(number_of_features(progressive, wanted, progress.note), level) for wanted in chosen]
         rows = measure(progressive, original, stops, progress, SAMPLES)
     print_json(rows) if args.json else print(as_text(rows))
 

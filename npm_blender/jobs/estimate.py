@@ -4,48 +4,63 @@ import math
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
-from ..core.codec import base_faces_for, level_count_for
 from ..core.errors import FileError
-from ..core.settings import AUTO, CompressSettings
+from ..core.settings import AUTO, PAPER, PAPER_FACES, PAPER_LEVELS, CompressSettings
 
-AUTO_FACES = 600  # what an automatic base has, about
+AUTO_FACES, MOST_LEVELS = 800, 4  # of a displaced surface whose base and levels are chosen, about
+FINEST, FINER = 260_000, 12       # its finest level has at most so many faces, and so many times those of the source
+SMALL = 20_000                    # or these, for a small source
+BYTES_PER_FACE = 2.1              # of a file of limited size
 FILE = "rates.json"
+# seconds of an ordinary machine: whatever the mesh, for each of its faces, for each face of the finest level
+_WORK = {"displaced": (1.0, 3e-5, 8e-5), "sized": (4.0, 1.2e-4, 2e-4), "paper": (0.2, 3e-5, 1e-5)}
 
 
 @dataclass(frozen=True)
 class Rates:
-    """Seconds. start: until the worker process works; per_face: of the source, to clean and decimate it; per_fine_face:
-    of the finest level, for everything else but refinement; per_step: and finest face, for one refinement step."""
+    """start: seconds until the worker process works; displaced, sized, paper: how many times as long as an ordinary machine
+    this one takes for a displaced surface, for one of a limited size, and for the paper's model."""
 
     start: float = 3.0
-    per_face: float = 1.5e-5
-    per_fine_face: float = 4e-5
-    per_step: float = 4e-5
+    displaced: float = 1.0
+    sized: float = 1.0
+    paper: float = 1.0
 
     def seconds(self, faces: int, settings: CompressSettings) -> float:
-        """What compressing a mesh of so many triangles takes, without the start. settings: resolved."""
-        fine = finest_faces(settings)
-        return self.per_face * faces + (self.per_fine_face + self.per_step * settings.refine_steps) * fine
+        """What compressing a mesh of so many triangles takes, without the start."""
+        kind = _kind(settings)
+        return getattr(self, kind) * _work(kind, faces, finest_faces(faces, settings))
 
 
-def finest_faces(settings: CompressSettings) -> int:
-    """Faces of the finest level; those of an automatic base are guessed."""
+def _kind(settings: CompressSettings) -> str:
+    """Which of the rates counts."""
+    return PAPER if settings.model == PAPER else "sized" if settings.budget else settings.model
+
+
+def _work(kind: str, faces: int, fine: int) -> float:
+    """Seconds of an ordinary machine."""
+    whole, per_face, per_fine_face = _WORK[kind]
+    return whole + per_face * faces + per_fine_face * fine
+
+
+def finest_faces(faces: int, settings: CompressSettings) -> int:
+    """Faces of the finest level for a source of so many; what the core chooses is guessed, which would load much to ask."""
     base, levels = settings.lod.base_faces, settings.lod.levels
+    if settings.model == PAPER:
+        return (base or PAPER_FACES) * 4 ** (levels or PAPER_LEVELS)
     if base == AUTO:
-        base = base_faces_for(settings.budget) if settings.budget else AUTO_FACES
-    return base * 4 ** (level_count_for(base) if levels == AUTO else levels)
+        base = max(int(settings.budget / BYTES_PER_FACE) if settings.budget else min(AUTO_FACES, faces or AUTO_FACES), 1)
+    if levels == AUTO:
+        levels = next((k for k in range(MOST_LEVELS - bool(settings.budget), 1, -1)
+                       if base * 4**k <= min(max(FINER * faces, SMALL), FINEST)), 1)
+    return base * 4**levels
 
 
 def learned(rates: Rates, report: dict, settings: CompressSettings, start: float | None) -> Rates:
     """The rates after a run. report: the core's CompressReport as a dict; start: what the start took, None if unknown."""
-    stages = report["seconds"]
-    fine = report["base_faces"] * 4 ** report["levels"]
-    rates = replace(
-        rates,
-        per_face=sum(stages.get(name, 0.0) for name in ("clean", "decimate", "levels")) / report["faces"],
-        per_fine_face=sum(stages.get(name, 0.0) for name in ("encode", "order", "write")) / fine)
-    if settings.refine_steps and "refine" in stages:  # not where torch is missing
-        rates = replace(rates, per_step=stages["refine"] / (settings.refine_steps * fine))
+    kind = _kind(settings)
+    fine = finest_faces(report["faces"], settings) if settings.budget else report["base_faces"] * 4 ** report["levels"]
+    rates = replace(rates, **{kind: sum(report["seconds"].values()) / _work(kind, report["faces"], fine)})
     return rates if start is None else replace(rates, start=max(start, 0.0))
 
 

@@ -62,7 +62,7 @@ def environment(folder: Path, machine: WorkerSettings) -> dict[str, str]:
     """The worker's environment: the packages that this process sees, and temporary files in the job's folder."""
     packages = [p for p in sys.path if os.path.basename(p) in ("site-packages", "dist-packages")]
     env = {k: v for k, v in os.environ.items() if not k.startswith("PYTHON") or k == "PYTHONDONTWRITEBYTECODE"}
-    env["PYTHONPATH"] = os.pathsep.join(machine.packages(packages))
+    env["PYTHONPATH"] = os.pathsep.join(packages)
     env.update(dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder)))
     if sys.flags.no_user_site:
         env["PYTHONNOUSERSITE"] = "1"

@@ -14,11 +14,9 @@ from pathlib import Path
 
 from ..core.errors import MeshError, NpmError, StreamError
 from ..core.progress import part
-from ..core.settings import CompressSettings, has_torch
 from ..runtime.dependencies import named_dependencies
 from ..runtime.packages import loaded
 from . import protocol
-from .machine import compute_settings
 
 SECONDS_BETWEEN_REPORTS = 0.05
 NICENESS = 3  # the window goes first where cores are few, and other programs do not halt a job; Windows: see process.py
@@ -57,25 +55,16 @@ def _compress(folder: Path, k: int) -> dict:
 
     try:
         mesh, settings = protocol.take_mesh(folder, k)
-        settings, notes = _possible(settings)
         compiled = needs_compiling()
         reporter = _Reporter()
-        compressed = compress(mesh, settings, part(reporter, 0.0, 1 - MEASURING), compute_settings())
+        compressed = compress(mesh, settings, part(reporter, 0.0, 1 - MEASURING))
         received = receive(compressed.data)
         measured = measure_prefixes(received.open(), mesh, part(reporter, 1 - MEASURING, 1.0))
     except MemoryError:
         raise MeshError("Expected a mesh that fits into memory, found too little free; "
                         "close other programs, or decimate the mesh first") from None
     protocol.write_received(folder, k, dataclasses.replace(received, measured=measured.to_text()))
-    report = dataclasses.asdict(compressed.report)
-    return {**report, "messages": [*report["messages"], *notes], "compiled": compiled}
-
-
-def _possible(settings: CompressSettings) -> tuple[CompressSettings, list[str]]:
-    """The settings without refinement where torch is missing, and what to say of that."""
-    if not settings.refine_steps or has_torch():
-        return settings, []
-    return settings.without_torch(), ["not refined, as PyTorch was not found"]
+    return {**dataclasses.asdict(compressed.report), "compiled": compiled}
 
 
 def _read(folder: Path, paths: list[Path]) -> list[dict]:

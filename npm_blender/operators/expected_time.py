@@ -33,5 +33,4 @@ def learn(outcomes: list, settings: CompressSettings) -> None:
 def expected_seconds(sources: Sequence[bpy.types.Object], settings: CompressSettings,
                      depsgraph: bpy.types.Depsgraph | None) -> list[float]:
     """What compressing each of the objects will take on this machine, without the start of the worker."""
-    settings = settings.resolved(torch=True) if preferences.finds_torch() else settings.without_torch()
     return [rates().seconds(bridge.triangle_count(obj, depsgraph), settings) for obj in sources]

@@ -124,9 +124,7 @@ def chosen_settings(operator, obj: bpy.types.Object) -> CompressSettings:
     whatever the object had.
     """
     set_preset(obj.npmesh, operator.preset)
-    if operator.properties.is_property_set("base_faces"):
-        obj.npmesh.auto_base = False
-    if any(map(operator.properties.is_property_set, ("auto_base", "base_faces", "levels"))):
+    if any(map(operator.properties.is_property_set, ("base_faces", "levels"))):
         obj.npmesh.size_limit = 0
     for name in SETTING_NAMES:
         if operator.properties.is_property_set(name):

@@ -10,7 +10,7 @@ from .job_operator import JobOperator, one_line
 
 
 class PREFERENCES_OT_npmesh_check(JobOperator, bpy.types.Operator):
-    """Load every package as compressing does, in another process, and show versions, places and the graphics card"""
+    """Load every package as compressing does, in another process, and show versions and places"""
 
     bl_idname = "preferences.npmesh_check"
     bl_label = "Check Packages"
@@ -45,8 +45,7 @@ class PREFERENCES_OT_npmesh_check(JobOperator, bpy.types.Operator):
 def _line(entry: dict) -> str:
     if "problem" in entry:
         return f"{entry['name']}: {entry['problem']}"
-    device = {None: "", "": ", no graphics card"}.get(entry.get("gpu"), f", {entry.get('gpu')}")
-    return f"{entry['name']} {entry['version']}{device}, from {Path(entry['path']).parents[1]}"
+    return f"{entry['name']} {entry['version']}, from {Path(entry['path']).parents[1]}"
 
 
 class PREFERENCES_OT_npmesh_clear_cache(bpy.types.Operator):

@@ -8,7 +8,6 @@ from ..operators.compress import OBJECT_OT_npmesh_cancel, OBJECT_OT_npmesh_compr
 from ..operators.decoded import OBJECT_OT_npmesh_preview
 from ..operators.expected_time import expected_seconds, rates
 from ..operators.target import candidates, unfit
-from ..preferences import finds_torch
 from ..properties import draw_settings, settings_of
 from .common import Sidebar, lines
 
@@ -32,8 +31,6 @@ class VIEW3D_PT_npmesh_compress(Sidebar, bpy.types.Panel):
         settings = layout.column()
         settings.use_property_split, settings.use_property_decorate = True, False
         draw_settings(settings, source.npmesh)
-        if source.npmesh.refine_steps and not finds_torch():
-            lines(layout, "Not refined: PyTorch was not found, see the preferences", "INFO", width)
         if not jobs.running():
             _buttons(layout, context, obj, source, selected)
         if source.npmesh.report:

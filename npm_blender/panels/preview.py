@@ -86,12 +86,12 @@ class VIEW3D_PT_npmesh_stops(_Part, bpy.types.Panel):
         column = layout.column(align=True)
         _columns(column, ("Features", "Size", "Error"))
         for features, size, errors in zip(quality.features, quality.bytes, quality.errors[level], strict=True):
-            row = _columns(column, (None, size_text(size), _distance(errors.d_pm, quality, context.scene)))
+            row = _columns(column, (None, size_text(size), _distance(errors.worse, quality, context.scene)))
             go = row.operator(decoded.OBJECT_OT_npmesh_stop.bl_idname, text=f"{features:,}",
                               depress=features == obj.npmesh.features)
             go.features = features
-        lines(layout, f"Error: mean distance to the original at level {level}, measured when it was compressed", "BLANK1",
-              context.region.width)
+        lines(layout, f"Error: mean distance between level {level} and the original, the worse way, measured when it was "
+                      "compressed", "BLANK1", context.region.width)
 
 
 class VIEW3D_PT_npmesh_deviation(_Part, bpy.types.Panel):
@@ -193,11 +193,11 @@ def _facts(layout: bpy.types.UILayout, obj: bpy.types.Object, scene: bpy.types.S
 
 
 def _errors(obj: bpy.types.Object, scene: bpy.types.Scene) -> tuple[tuple[str, str], ...]:
-    """The measured error of what is shown: at a stop as it is, else what was measured at the stops on both sides."""
+    """The measured error of what is shown, the worse way: at a stop as it is, else that of the stops on both sides."""
     state, quality = obj.npmesh, _quality(obj)
     if quality is None or int(state.level) >= len(quality.errors):
         return (("Error", "not known, no original"),)
-    values = sorted(errors.d_pm for errors in quality.around(state.features, int(state.level)))
+    values = sorted(errors.worse for errors in quality.around(state.features, int(state.level)))
     lengths = [length_text(value * 1e-4 * quality.size, scene) for value in values]
     shares = [f"{value * 1e-2:.2g}" for value in values]
     return (("Error", " to ".join(dict.fromkeys(lengths))), ("Of Size", " to ".join(dict.fromkeys(shares)) + "%"))

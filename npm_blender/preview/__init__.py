@@ -12,7 +12,7 @@ loading, comparing stamp and properties says what is still to do.
     lifecycle      make, replace, apply, discard
     placement      in place of the original, or beside it
     smooth         shading as of the original
-    slider         the number of features as detail, and as a budget of bytes
+    slider         the number of features as detail, even in bytes, and as a budget of bytes
     lodset         all levels as ordinary objects, named for an engine
     playback       what has arrived over a line
     deviation      the distance to the original as colours; nearest measures it, viewport shows it (and the panels)

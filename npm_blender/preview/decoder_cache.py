@@ -54,9 +54,6 @@ def warm_up() -> Generator[None, None, None]:
     """
     def load() -> None:
         from ..core.codec import StoredStream  # noqa: F401
-        from ..core.network import load_weights
-
-        load_weights()
 
     try:
         with named_dependencies():

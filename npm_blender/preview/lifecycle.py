@@ -30,7 +30,9 @@ def set_stream(obj: bpy.types.Object, received: "StoredStream") -> None:
     state.digest, state.level_count, state.stream_base_faces = digest, progressive.levels, progressive.base_faces
     state.total_features, state.arrived_features = progressive.total_features, progressive.features
     state.shortfall = progressive.shortfall
-    state.stream_bytes = progressive.total_bytes
+    state.stream_bytes, state.base_bytes = progressive.total_bytes, progressive.base_bytes
+    state.arrived_bytes = progressive.bytes_for(progressive.features)
+    state.detail_features = state.budget_features = -1
     state.source_bytes = ply_bytes(progressive.source_vertices, progressive.source_faces)
     state.source_faces = progressive.source_faces
     state.features, state.level = progressive.features, str(progressive.levels)

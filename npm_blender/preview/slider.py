@@ -1,19 +1,40 @@
-"""The number of features, as an artist sets it: as a share that is fine at the start, or as bytes to spend."""
+"""The number of features, as an artist sets it: as a share of the way from the base to all, or as bytes to spend.
+
+Every step along the way multiplies the bytes by the same factor: twice the bytes leave about the same share of the error,
+wherever the slider stands, while as many features or bytes change much at the start and nothing that shows at the end.
+"""
+from typing import TYPE_CHECKING
+
 from .streams import progressive_of
 
-# Detail d uses the share d ** DETAIL_POWER of all features: the first hundred change more than the next thousand.
-DETAIL_POWER = 3
+if TYPE_CHECKING:
+    from ..core.codec import ProgressiveMesh
+
 KILOBYTE = 1000
 
 
 def get_detail(state) -> float:
-    """The number of features as a percentage that is fine at the start; see DETAIL_POWER."""
-    return 100 * (state.features / max(state.total_features, 1)) ** (1 / DETAIL_POWER)
+    """How far the features are along the way, as a percentage; what was set, while the features are those that it gave."""
+    import math
+
+    if state.features == state.detail_features:
+        return state.kept_detail
+    if state.features in (0, state.arrived_features) or state.arrived_bytes <= state.base_bytes:
+        return 100.0 if state.features == state.arrived_features else 0.0
+    way = math.log(state.arrived_bytes / state.base_bytes)
+    return 100 * min(max(math.log(max(state.shown_bytes, 1) / state.base_bytes) / way, 0.0), 1.0)
 
 
 def set_detail(state, percent: float) -> None:
     """The inverse of `get_detail`."""
-    state.features = round(state.total_features * (percent / 100) ** DETAIL_POWER)
+    progressive = _opened(state)
+    if progressive is None:
+        return
+    share, most = min(max(percent / 100, 0.0), 1.0), progressive.bytes_for(progressive.features)
+    size = progressive.base_bytes * (most / progressive.base_bytes) ** share
+    features = progressive.features if share == 1 else progressive.features_for(max(int(size), progressive.base_bytes))
+    state.kept_detail, state.detail_features = 100 * share, features
+    state.features = features
 
 
 def get_budget(state) -> float:
@@ -23,14 +44,21 @@ def get_budget(state) -> float:
 
 def set_budget(state, kilobytes: float) -> None:
     """As many features as fit into a number of kB; none if not even the base does."""
+    progressive = _opened(state)
+    if progressive is None:
+        return
+    size = max(round(KILOBYTE * kilobytes), progressive.base_bytes)
+    features = progressive.features_for(size)
+    state.budget_bytes, state.budget_features = size, features
+    state.features = features
+
+
+def _opened(state) -> "ProgressiveMesh | None":
+    """The stream of a preview; None if it cannot be opened, and then the panel says why."""
     from ..core.errors import NpmError
 
     try:
-        progressive = progressive_of(state.id_data)
+        return progressive_of(state.id_data)
     except NpmError as error:
         state.problem = str(error)
-        return
-    size = round(KILOBYTE * kilobytes)
-    features = progressive.features_for(max(size, progressive.base_bytes))
-    state.budget_bytes, state.budget_features = max(size, progressive.base_bytes), features
-    state.features = features
+        return None

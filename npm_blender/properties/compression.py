@@ -2,25 +2,38 @@
 
 A preset is nothing but its numbers: it is what the numbers say, and setting it sets them.
 """
-import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty
+from collections.abc import Callable
 
-from ..core.settings import AUTO, LEAST_BUDGET, REFINE_STEPS, CompressSettings, LodSettings
+import bpy
+from bpy.props import EnumProperty, FloatProperty, IntProperty
+
+from ..core.settings import (
+    AUTO,
+    DISPLACED,
+    LEAST_BUDGET,
+    PAPER,
+    PAPER_FACES,
+    PAPER_LEVELS,
+    CompressSettings,
+    LodSettings,
+)
 
 MAX_LEVELS = 6
+LEAST_FACES, LEAST_BITS = 4, 4
 _LOD, _WHOLE = LodSettings(), CompressSettings()
 _OPERATOR_FORGETS = {"SKIP_SAVE"}  # an operator takes what it is not told from the object, not from its last run
 
-_COMMON = {"auto_base": False, "base_faces": _LOD.base_faces, "levels": _LOD.levels,
-           "position_bits": _WHOLE.position_bits, "clean": _LOD.clean, "refine_steps": REFINE_STEPS}
+_COMMON = {"model": DISPLACED, "base_faces": AUTO, "levels": AUTO, "position_bits": AUTO, "clean": _LOD.clean}
 PRESETS = {
-    "DRAFT": ("Draft", "To see in seconds what comes out: nothing is refined", {**_COMMON, "refine_steps": 0}),
-    "STANDARD": ("Standard", "Small files with good detail", _COMMON),
-    "BEST": ("Best", "A finer base, and more effort to fit the file to the mesh; takes minutes",
-             {**_COMMON, "base_faces": 1000, "refine_steps": 48}),
+    "DRAFT": ("Draft", "To see sooner what comes out: a small base, and no fine detail",
+              {**_COMMON, "base_faces": 400, "levels": 2}),
+    "STANDARD": ("Standard", "Base and levels that suit the mesh", _COMMON),
+    "PAPER": ("Paper", "The method of the paper as it was published: latents and a network, over 400 faces and 3 levels",
+              {**_COMMON, "model": PAPER, "base_faces": PAPER_FACES, "levels": PAPER_LEVELS}),
 }
 CUSTOM = "CUSTOM"
-_LIMITED = ("auto_base", "base_faces", "levels")  # chosen where the size is limited
+_LIMITED = ("base_faces", "levels")  # chosen where the size of a displaced surface is limited
+_AUTOMATIC = ("base_faces", "levels", "position_bits")  # 0: the core chooses
 _PRESET_ITEMS = (*((name, label, text) for name, (label, text, _) in PRESETS.items()),
                  (CUSTOM, "Custom", "Numbers of your own: change any of them"))
 _PRESET_NAMES = [item[0] for item in _PRESET_ITEMS]
@@ -47,41 +60,49 @@ def _no_smaller(source: "CompressionProperties", context: bpy.types.Context) -> 
         source.size_limit = least
 
 
+def _none_or(name: str, least: int) -> Callable[["CompressionProperties", bpy.types.Context], None]:
+    """Update callback of a number that is 0, or at least so much."""
+    def mend(source: "CompressionProperties", context: bpy.types.Context) -> None:
+        if 0 < getattr(source, name) < least:
+            setattr(source, name, least)
+
+    return mend
+
+
 class CompressionProperties:
     """The settings, once for objects and operators; the numbers and their ranges are those of the core."""
 
+    model: EnumProperty(
+        name="Model", default=_WHOLE.model, options=_OPERATOR_FORGETS,
+        description="How the surface between the vertices of the base is told",
+        items=((DISPLACED, "Displaced surface", "A smooth surface over a base that is fitted to the mesh, then how far each "
+                                                "vertex lies off it"),
+               (PAPER, "Paper", "Numbers for faces, of which a trained network makes the surface")))
     size_limit: FloatProperty(
         name="Size Limit (kB)", default=0, min=0, soft_max=100, max=1e6, precision=2, step=10, options=_OPERATOR_FORGETS,
         update=_no_smaller,
         description="Fit the file into so many kilobytes, of 1000 bytes each, with the base and the levels that show most "
-                    "for them. 0 sets no limit: the base is as below, and all features are kept")
-    auto_base: BoolProperty(
-        name="Automatic Base", default=False, options=_OPERATOR_FORGETS,
-        description="Choose the faces of the base from the shape: few for a smooth shape, up to 2,000 for one full of detail, "
-                    "handles or parts")
+                    "for them. 0 sets no limit: the file has all detail that helps")
     base_faces: IntProperty(
-        name="Base Faces", default=_LOD.base_faces, min=4, max=100_000, soft_min=100, soft_max=4000,
-        options=_OPERATOR_FORGETS,
+        name="Base Faces", default=_LOD.base_faces, min=AUTO, max=100_000, soft_max=4000, options=_OPERATOR_FORGETS,
+        update=_none_or("base_faces", LEAST_FACES),
         description="Triangles of the coarsest level, which is sent first and whole. More of them keep thin parts and "
-                    "holes better, and make the smallest possible file larger")
+                    "holes better, and make the smallest possible file larger. 0 chooses their number")
     levels: IntProperty(
-        name="Levels", default=_LOD.levels, min=1, max=MAX_LEVELS, options=_OPERATOR_FORGETS,
+        name="Levels", default=_LOD.levels, min=AUTO, max=MAX_LEVELS, options=_OPERATOR_FORGETS,
         description="How often the base is subdivided. Each level has four times the faces of the one before, and can "
-                    "show finer detail")
+                    "show finer detail. 0 chooses what suits base and mesh")
     position_bits: IntProperty(
-        name="Precision", default=_WHOLE.position_bits, min=9, max=14, options=_OPERATOR_FORGETS,
-        description="Bits for each coordinate of the base mesh, at most: fewer are used where the mesh is farther off anyway. "
-                    "One bit more halves the rounding of its vertices")
+        name="Precision", default=_WHOLE.position_bits, min=AUTO, max=20, options=_OPERATOR_FORGETS,
+        update=_none_or("position_bits", LEAST_BITS),
+        description="Bits for each coordinate of the base mesh. One bit more halves the rounding of its vertices. 0 takes as "
+                    "many as the error of the base asks for")
     clean: EnumProperty(
         name="Cleaning", default=_LOD.clean, options=_OPERATOR_FORGETS,
         description="What to do with loose parts, overlapping faces, and edges that more than two faces share",
         items=(("auto", "Automatic", "Repair what the checks find, and report it"),
                ("off", "Off", "Compress the mesh as it is, and stop if it does not qualify"),
                ("tetwild", "Remesh", "Always rebuild the surface first; slow, for badly damaged meshes")))
-    refine_steps: IntProperty(
-        name="Refinement", default=REFINE_STEPS, min=0, max=10_000, soft_max=100, options=_OPERATOR_FORGETS,
-        description="Effort to fit the file to this mesh, in gradient steps per stage. More of them show more detail with "
-                    "the same bytes and take longer; 0 is fastest. Needs PyTorch, and is left out without it")
 
 
 SETTING_NAMES = tuple(CompressionProperties.__annotations__)
@@ -107,11 +128,14 @@ class PresetArgument:
 
 def settings_of(source: CompressionProperties) -> CompressSettings:
     """The core's settings from the properties of an object or operator. Raises SettingsError."""
-    limited = source.size_limit > 0
-    base_faces = AUTO if limited or source.auto_base else source.base_faces
-    lod = LodSettings(base_faces=base_faces, levels=AUTO if limited else source.levels, clean=source.clean)
-    return CompressSettings(lod=lod, position_bits=source.position_bits, refine_steps=source.refine_steps,
-                            budget=round(1000 * source.size_limit))
+    told = {name: AUTO if _overruled(source, name) else getattr(source, name) for name in _LIMITED}
+    return CompressSettings(lod=LodSettings(**told, clean=source.clean), position_bits=source.position_bits,
+                            model=source.model, budget=round(1000 * source.size_limit))
+
+
+def _overruled(source: CompressionProperties, name: str) -> bool:
+    """Whether a number does not count, because the size limit chooses it."""
+    return name in _LIMITED and source.size_limit > 0 and source.model == DISPLACED
 
 
 def draw_settings(layout: bpy.types.UILayout, source: CompressionProperties) -> None:
@@ -120,5 +144,9 @@ def draw_settings(layout: bpy.types.UILayout, source: CompressionProperties) -> 
         layout.prop(source, "preset")
     for name in SETTING_NAMES:
         row = layout.row()
-        row.enabled = not (name in _LIMITED and source.size_limit > 0 or name == "base_faces" and source.auto_base)
-        row.prop(source, name)
+        overruled = _overruled(source, name)
+        row.enabled = not overruled
+        if name in _AUTOMATIC and (overruled or getattr(source, name) == AUTO):
+            row.prop(source, name, text=f"{source.bl_rna.properties[name].name} (Automatic)")
+        else:
+            row.prop(source, name)

@@ -18,8 +18,8 @@ from bpy.props import (
 )
 
 from ..preview import deviation, placement, slider, smooth, updates
-from .compression import MAX_LEVELS
 
+MOST_LEVELS = 8  # that a stream may have, more than compressing offers
 # what a path that may begin with // must say of itself, since there is a word for it
 _RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set()
 
@@ -47,6 +47,8 @@ class PreviewProperties:
     arrived_features: IntProperty(description="Features that are there; fewer if the file was cut off or is damaged")
     shortfall: StringProperty(description="What is wrong with a stream that was cut off or is damaged")
     stream_bytes: IntProperty(description="Bytes of the stream as it is")
+    base_bytes: IntProperty(description="Bytes of the stream up to the end of the base mesh")
+    arrived_bytes: IntProperty(description="Bytes of the stream up to the last feature that is there")
     source_bytes: IntProperty(description="Bytes of the original as a binary PLY file")
     source_faces: IntProperty(description="Faces of the original")
     shading: EnumProperty(
@@ -58,19 +60,19 @@ class PreviewProperties:
     features: IntProperty(
         name="Features", min=0, options=set(),
         get=lambda self: self.kept_features, set=lambda self, value: updates.set_features(self, value),
-        description="How many features are used, in the order in which they are sent. A feature is a handful of "
-                    "numbers that tell one face of one level how to bend")
+        description="How many features are used, in the order in which they are sent. A feature is a number that moves one "
+                    "vertex along its normal; of the paper's model, eight numbers that bend one face")
     level: EnumProperty(
         name="Level", options=set(),
         get=lambda self: self.kept_level, set=lambda self, value: updates.set_level(self, value),
         description="Subdivision level that is shown",
         items=tuple((str(k), str(k), f"Base subdivided {k} times, {4 ** k} times its faces" if k else "Base mesh")
-                    for k in range(MAX_LEVELS + 1)))
+                    for k in range(MOST_LEVELS + 1)))
     detail: FloatProperty(
         name="Detail", subtype="PERCENTAGE", min=0, max=100, precision=1, options=set(),
         get=lambda self: slider.get_detail(self), set=lambda self, value: slider.set_detail(self, value),
-        description="How much of the stream is used, the most important features first. Finer at the start, where each "
-                    "feature changes most")
+        description="How much of the stream is used, from the base alone to all. Equal steps multiply the bytes by equal "
+                    "factors, and so take away equal shares of the error")
     budget: FloatProperty(
         name="Budget (kB)", min=0, soft_max=1000, precision=2, step=10, options=set(),
         get=lambda self: slider.get_budget(self), set=lambda self, value: slider.set_budget(self, value),
@@ -97,9 +99,12 @@ class PreviewProperties:
 
     # What the user set
     kept_features: IntProperty(min=0, options=set(), description="How many features are used")
-    kept_level: IntProperty(min=0, max=MAX_LEVELS, options=set(), description="Subdivision level that is shown")
+    kept_level: IntProperty(min=0, max=MOST_LEVELS, options=set(), description="Subdivision level that is shown")
+
+    kept_detail: FloatProperty(description="The detail that was set last, as a percentage")
 
     # What is on the screen now, for the panel
+    detail_features: IntProperty(default=-1, description="The features that the detail gave")
     budget_bytes: IntProperty(description="The budget that was set last")
     budget_features: IntProperty(default=-1, description="The features that it paid for")
     shown_bytes: IntProperty(description="Bytes of the stream up to the last feature that is used")

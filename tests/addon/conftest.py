@@ -104,7 +104,7 @@ def compressed(package):
     """A small mesh and its stream, for all tests that only open it: 80 base faces, 2 levels."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     mesh = triangles(add_object())
-    return mesh, compress(mesh, CompressSettings(lod=LodSettings(base_faces=80, levels=2), refine_steps=0)).data
+    return mesh, compress(mesh, CompressSettings(lod=LodSettings(base_faces=80, levels=2))).data
 
 
 @pytest.fixture(scope="session")

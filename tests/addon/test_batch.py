@@ -8,7 +8,7 @@ import pytest
 from .conftest import add_object, positions, refusal
 from .test_compress import leftovers
 
-QUICK = {"base_faces": 80, "levels": 1, "refine_steps": 0}
+QUICK = {"base_faces": 80, "levels": 1}
 
 
 def add_objects(*names: str):
@@ -39,7 +39,7 @@ def test_every_object_gets_its_preview():
 def test_all_get_the_settings_of_the_active_one():
     a, b = add_objects("A", "B")
     a.npmesh.levels, b.npmesh.levels = 4, 1
-    b.npmesh.base_faces, b.npmesh.refine_steps = 80, 0
+    b.npmesh.base_faces = 80
     bpy.ops.object.npmesh_compress()
     assert a.npmesh.levels == 1
     assert [len(o.data.polygons) for o in bpy.context.selected_objects] == [320, 320]
@@ -109,7 +109,7 @@ def test_a_preview_and_its_original_are_one_object():
 def test_cancelling_many_leaves_nothing(part):
     objects = add_objects("A", "B", "C")
     job = part("jobs").CompressJob([1, 1, 1], bpy.app.tempdir, part("preferences").worker_settings())
-    settings = part("core.settings").CompressSettings(refine_steps=0)
+    settings = part("core.settings").CompressSettings()
     for obj in objects:
         job.add(part("bridge").mesh_of(obj, bpy.context.evaluated_depsgraph_get()), settings)
     while job.position == 0:
@@ -123,7 +123,7 @@ def test_cancelling_many_leaves_nothing(part):
 def test_the_progress_of_many_is_one(part):
     objects = add_objects("A", "B")
     job = part("jobs").CompressJob([1, 3], bpy.app.tempdir, part("preferences").worker_settings())
-    settings = part("core.settings").CompressSettings(refine_steps=0)
+    settings = part("core.settings").CompressSettings()
     for obj in objects:
         job.add(part("bridge").mesh_of(obj, bpy.context.evaluated_depsgraph_get()), settings)
     seen = []

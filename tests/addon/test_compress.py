@@ -14,18 +14,6 @@ from .conftest import add_object, positions, refusal
 SMALL = {"base_faces": 80, "levels": 2}
 
 
-@pytest.fixture(autouse=True)
-def no_refinement(part, monkeypatch):
-    """The tests' meshes are compressed without gradient steps, which take long and are the codec's to test."""
-    import dataclasses
-
-    for module in ("compress", "export_stream"):
-        target = part(f"operators.{module}")
-        chosen = target.chosen_settings
-        monkeypatch.setattr(target, "chosen_settings",
-                            lambda op, obj, chosen=chosen: dataclasses.replace(chosen(op, obj), refine_steps=0))
-
-
 def leftovers() -> list[str]:
     """Folders of jobs that have not been removed."""
     return [name for name in os.listdir(bpy.app.tempdir) if name.startswith("npmesh_")]
@@ -59,13 +47,26 @@ def test_the_settings_stay_with_the_object():
     assert len(bpy.context.active_object.data.polygons) == 400
 
 
-def test_the_base_can_be_chosen_from_the_shape_until_a_number_is_given():
+def test_the_base_is_chosen_until_a_number_is_given():
     obj = add_object()
-    bpy.ops.object.npmesh_compress(auto_base=True, levels=1)
-    assert obj.npmesh.auto_base and 100 <= len(bpy.context.active_object.data.polygons) // 4 <= 2000
+    bpy.ops.object.npmesh_compress(levels=1)
+    assert obj.npmesh.base_faces == 0 and 100 <= len(bpy.context.active_object.data.polygons) // 4 <= 5120
     bpy.ops.object.npmesh_compress(base_faces=90)
-    assert not obj.npmesh.auto_base and obj.npmesh.base_faces == 90
-    assert len(bpy.context.active_object.data.polygons) == 90 * 4
+    assert (obj.npmesh.base_faces, obj.npmesh.levels) == (90, 1) and len(bpy.context.active_object.data.polygons) == 90 * 4
+
+
+@pytest.mark.parametrize("name, least", [("base_faces", 4), ("position_bits", 4), ("levels", 1)])
+def test_a_number_is_automatic_or_one_that_can_be(name, least):
+    state = add_object().npmesh
+    for asked, kept in ((0, 0), (1, least), (-5, 0), (least, least)):
+        setattr(state, name, asked)
+        assert getattr(state, name) == kept
+
+
+def test_the_model_of_the_paper_is_one_choice_away(part):
+    obj = add_object()
+    bpy.ops.object.npmesh_compress(model="paper", base_faces=60, levels=1)
+    assert obj.npmesh.model == "paper" and part("preview").progressive_of(bpy.context.active_object).model == "paper"
 
 
 def test_modifiers_are_applied():
@@ -182,7 +183,7 @@ def test_missing_weights(part, tmp_path, monkeypatch):
     shutil.copytree(part("jobs.process").PACKAGE_FOLDER, package, ignore=shutil.ignore_patterns("__pycache__", "weights"))
     monkeypatch.setattr(part("jobs.process"), "PACKAGE_FOLDER", package)
     add_object()
-    assert "Expected trained weights" in refusal(bpy.ops.object.npmesh_compress, **SMALL)
+    assert "Expected trained weights" in refusal(bpy.ops.object.npmesh_compress, model="paper", **SMALL)
     assert not leftovers()
 
 
@@ -190,7 +191,7 @@ def start_job(part, obj):
     """A job that compresses one object."""
     mesh = part("bridge").mesh_of(obj, bpy.context.evaluated_depsgraph_get())
     job = part("jobs").CompressJob([1.0], scratch=bpy.app.tempdir, machine=part("preferences").worker_settings())
-    job.add(mesh, part("core.settings").CompressSettings(refine_steps=0))
+    job.add(mesh, part("core.settings").CompressSettings())
     return job
 
 
@@ -264,8 +265,8 @@ V = numpy.concatenate([V + (0, 0, z) for z in range(5)])
 i, j = (a.ravel() for a in numpy.meshgrid(range(4), range(7), indexing="ij"))
 a, b = 8 * i + j, 8 * i + j + 1
 sheet = mesh.TriMesh.from_arrays(V, numpy.concatenate([numpy.stack(f, 1) for f in ((a, b, b + 8), (a, b + 8, a + 8))]))
-chosen = settings.CompressSettings(lod=settings.LodSettings(base_faces=30, levels=1), refine_steps=0)
-assert codec.open_stream(codec.compress(sheet, chosen).data).total_features > 0
+chosen = settings.CompressSettings(lod=settings.LodSettings(base_faces=30, levels=1), model="paper")
+assert len(codec.open_stream(codec.compress(sheet, chosen).data).decode().F) > 30
 print(sum(m.partition(".")[0] == "npm_blender" for m in sys.modules), sum(m.startswith(name + ".core.") for m in sys.modules))
 """
 

@@ -25,9 +25,9 @@ def test_the_script_for_batches_runs(tmp_path):
 def test_the_table_has_the_numbers_of_the_presets(part):
     for label, _, numbers in part("properties.compression").PRESETS.values():
         row, = (line for line in MANUAL.splitlines() if line.startswith(f"| {label} |"))
-        refinement = f"{numbers['refine_steps']} steps" if numbers["refine_steps"] else "none"
+        model = {"displaced": "displaced surface", "paper": "the paper's"}[numbers["model"]]
         cells = [cell.strip() for cell in row.strip("|").split("|")][2:]
-        assert cells == [str(numbers["base_faces"]), f"{numbers['position_bits']} bits", refinement]
+        assert cells == [model, *(str(numbers[name] or "automatic") for name in ("base_faces", "levels"))]
 
 
 @pytest.mark.parametrize("name", sorted(set(re.findall(r"\]\((images/[^)]+)\)", MANUAL))))

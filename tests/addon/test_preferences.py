@@ -8,8 +8,6 @@ import pytest
 from .conftest import refusal
 from .test_compress import leftovers
 
-VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
-
 
 @pytest.fixture
 def chosen(package, part, tmp_path):
@@ -17,19 +15,9 @@ def chosen(package, part, tmp_path):
     preferences = bpy.context.preferences.addons[package].preferences
     preferences.cache = str(tmp_path / "chosen")
     yield preferences
-    for name in ("threads", "device", "torch_folder", "cache", "checked"):
+    for name in ("threads", "cache", "checked"):
         preferences.property_unset(name)
     part("preferences").forget_status()
-
-
-def fake_torch(folder: Path, version: str = "9.9.9", made_for: str = "") -> Path:
-    """A folder with something that looks like torch."""
-    (folder / "torch").mkdir(parents=True)
-    (folder / "torch" / "version.py").write_text(f"__version__ = '{version}'\n")
-    (folder / "torch" / "__init__.py").write_text(f"__version__ = '{version}'\nraise ImportError('only looks like it')")
-    if made_for:
-        (folder / "torch" / f"_C.{made_for}.so").touch()
-    return folder
 
 
 def environment_of(job) -> dict[str, str]:
@@ -42,28 +30,22 @@ def environment_of(job) -> dict[str, str]:
 
 def test_the_defaults_leave_the_choice_to_the_extension(part, package):
     settings = part("preferences").worker_settings()
-    assert (settings.compute.threads, settings.compute.device, settings.torch_path) == (0, "cpu", settings.torch_path)
-    assert settings.cache == bpy.utils.extension_path_user(package, path="cache")
-    assert "OMP_NUM_THREADS" not in settings.variables() and settings.variables()["NPMESH_DEVICE"] == "cpu"
+    assert settings.threads == 0 and settings.cache == bpy.utils.extension_path_user(package, path="cache")
+    assert "OMP_NUM_THREADS" not in settings.variables()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="asks the kernel for a process's environment")
 def test_all_of_it_reaches_the_worker(part, chosen, tmp_path, as_installed):
-    folder = fake_torch(tmp_path / "venv" / "lib" / f"python{VERSION}" / "site-packages")
-    chosen.threads, chosen.device, chosen.torch_folder = 3, "gpu", str(tmp_path / "venv")
+    chosen.threads = 3
     settings = part("preferences").worker_settings()
     job = part("jobs").CheckJob(bpy.app.tempdir, settings)
     try:
         said = environment_of(job)
     finally:
         job.cancel()
-    assert said["NPMESH_THREADS"] == said["OMP_NUM_THREADS"] == said["NUMBA_NUM_THREADS"] == "3"
-    assert said["NPMESH_DEVICE"] == "gpu"
+    assert said["OMP_NUM_THREADS"] == said["NUMBA_NUM_THREADS"] == "3"
     cache = str(tmp_path / "chosen" / "npm_blender")
     assert said["NUMBA_CACHE_DIR"] == str(Path(cache, "compiled")) and said["NPMESH_CACHE"] == cache
-    # where Blender has a torch of its own, that one counts
-    assert settings.torch_path in (str(folder), next((p for p in sys.path if Path(p, "torch").is_dir()), None))
-    assert said["PYTHONPATH"].split(":")[-1] == settings.torch_path or settings.torch_path in sys.path
 
 
 def test_the_button_clears_the_chosen_cache_and_nothing_else(chosen, tmp_path):
@@ -84,7 +66,7 @@ def test_a_cache_that_cannot_be_made_counts_as_not_chosen(part, package, chosen,
 def test_the_check_asks_the_worker(part, chosen, as_installed):
     assert bpy.ops.preferences.npmesh_check() == {"FINISHED"}
     lines = chosen.checked.splitlines()
-    assert [line.split(" ")[0].rstrip(":") for line in lines] == ["numpy", "numba", "trimesh", "pytetwild", "torch"]
+    assert [line.split(" ")[0].rstrip(":") for line in lines] == ["numpy", "numba", "trimesh", "pytetwild"]
     assert not leftovers()
 
 
@@ -119,7 +101,7 @@ def drawn(part, preferences) -> list[str]:
 
     class Shown:
         layout = Drawn(labels)
-        torch_folder, threads, checked = preferences.torch_folder, preferences.threads, preferences.checked
+        threads, checked = preferences.threads, preferences.checked
 
     part("preferences").NpmPreferences.draw(Shown(), bpy.context)
     return labels
@@ -129,10 +111,8 @@ def test_a_missing_package_is_named_with_its_remedy(part, chosen, monkeypatch):
     packages = part("runtime.packages")
     find = packages.importlib.util.find_spec
     monkeypatch.setattr(packages.importlib.util, "find_spec",
-                        lambda name: None if name in ("numba", "torch") else find(name))
+                        lambda name: None if name == "numba" else find(name))
     part("preferences").forget_status()
     labels = drawn(part, chosen)
     assert "Not found" in labels and any("Disable and enable the extension" in text for text in labels)
-    assert any("pip install --target FOLDER torch" in text and VERSION in text for text in labels)
-    assert any("a third less error" in text for text in labels)
     assert any(text.startswith("The cache holds") for text in labels)

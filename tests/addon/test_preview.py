@@ -108,7 +108,7 @@ def test_values_beyond_the_stream_are_clamped(opened):
 def test_detail_is_another_view_of_the_features(opened, percent):
     opened.npmesh.detail = percent
     features = opened.npmesh.features
-    assert opened.npmesh.detail == pytest.approx(percent, abs=100 * (1 / opened.npmesh.total_features) ** (1 / 3))
+    assert opened.npmesh.detail == pytest.approx(percent)
     opened.npmesh.detail = opened.npmesh.detail
     assert opened.npmesh.features == features
 

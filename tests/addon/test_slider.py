@@ -1,4 +1,4 @@
-"""The number of features as bytes to spend, as stops, and what the panel says of their errors."""
+"""The number of features as a share of the way, as bytes to spend, as stops, and what the panel says of their errors."""
 import bpy
 import pytest
 
@@ -7,6 +7,47 @@ from .conftest import refusal
 
 def error_lines(part, obj):
     return dict(part("panels.preview")._errors(obj, bpy.context.scene))
+
+
+def test_equal_steps_of_detail_multiply_the_bytes_alike(part, opened):
+    progressive, state = part("preview").progressive_of(opened), opened.npmesh
+    sizes = []
+    for percent in (0, 25, 50, 75, 100):
+        state.detail = percent
+        sizes.append(state.shown_bytes)
+    assert sizes[0] == progressive.base_bytes and sizes[-1] == progressive.total_bytes
+    factor = (sizes[-1] / sizes[0]) ** 0.25
+    assert [b / a for a, b in zip(sizes, sizes[1:])] == pytest.approx([factor] * 4, rel=0.1)
+
+
+def test_detail_stays_where_it_was_put_and_follows_the_features(opened):
+    state = opened.npmesh
+    state.detail = 37.5
+    assert state.detail == pytest.approx(37.5)
+    features = state.features
+    state.features = 0
+    assert state.detail == 0
+    state.features = features + 1
+    assert state.detail == pytest.approx(37.5, abs=3)
+    state.features = state.total_features
+    assert state.detail == 100
+
+
+def test_detail_of_a_plain_base_is_all_there_is(part, tmp_path):
+    from npm_blender.core.codec import compress
+    from npm_blender.core.settings import CompressSettings, LodSettings
+
+    from .conftest import add_object, triangles
+
+    path = tmp_path / "plain.npmesh"
+    ball = triangles(add_object(subdivisions=2))
+    path.write_bytes(compress(ball, CompressSettings(LodSettings(base_faces=80), budget=900)).data)
+    bpy.ops.import_scene.npmesh(filepath=str(path))
+    state = bpy.context.active_object.npmesh
+    assert (state.level_count, state.total_features) == (0, 0)
+    for percent in (0, 50, 100):
+        state.detail = percent
+        assert state.features == 0 and state.detail == pytest.approx(percent)
 
 
 def test_a_budget_picks_the_features_that_fit(part, opened):
@@ -42,13 +83,13 @@ def test_the_error_at_a_stop_is_the_measured_one(part, previewed):
         previewed.npmesh.features = features
         said = error_lines(part, previewed)
         assert " to " not in said["Error"]
-        assert float(said["Of Size"].rstrip("%")) == pytest.approx(quality.errors[2][k].d_pm / 100, rel=0.05)
+        assert float(said["Of Size"].rstrip("%")) == pytest.approx(quality.errors[2][k].worse / 100, rel=0.05)
 
 
 def test_between_stops_both_ends_are_named(part, previewed):
-    previewed.npmesh.features = 30
     quality = part("preview.storage").quality(previewed["npmesh_measured"])
-    ends = sorted(quality.errors[2][quality.features.index(k)].d_pm for k in (20, 40))
+    previewed.npmesh.features = quality.features[1] - 5
+    ends = sorted(errors.worse for errors in quality.errors[2][:2])
     said = error_lines(part, previewed)["Of Size"].rstrip("%").split(" to ")
     assert [float(x) for x in said] == pytest.approx([e / 100 for e in ends], rel=0.05)
 
@@ -80,7 +121,7 @@ def test_the_worker_measures(part):
     from .conftest import add_object
 
     add_object(subdivisions=4)
-    bpy.ops.object.npmesh_compress(base_faces=80, levels=1, refine_steps=0)
+    bpy.ops.object.npmesh_compress(base_faces=80, levels=1)
     shown = bpy.context.active_object
     assert len(part("preview.storage").quality(shown["npmesh_measured"]).errors) == 2
     assert "%" in error_lines(part, shown)["Of Size"]

@@ -2,7 +2,6 @@
 
 Watches for how long the window stands still, and for anything that Python writes to the console meanwhile.
 """
-import dataclasses
 import importlib
 import io
 import os
@@ -58,14 +57,6 @@ def in_viewport():
     area = next(a for a in window.screen.areas if a.type == "VIEW_3D")
     region = next(r for r in area.regions if r.type == "WINDOW")
     return bpy.context.temp_override(window=window, area=area, region=region)
-
-
-def without_refinement() -> None:
-    """Compress without gradient steps, which take long and are the codec's to test."""
-    for name in ("compress", "export_stream"):
-        target = module(f"operators.{name}")
-        chosen = target.chosen_settings
-        target.chosen_settings = lambda op, obj, chosen=chosen: dataclasses.replace(chosen(op, obj), refine_steps=0)
 
 
 def active() -> bpy.types.Object:
@@ -178,7 +169,6 @@ def _everything(checks: list[Callable[[], Check]], console: _Console) -> Check:
 
 def run(checks: list[Callable[[], Check]]) -> None:
     """Run all checks one after the other from Blender's timers, then quit; exit code 1 if one failed."""
-    without_refinement()
     console = sys.stderr = _Console()
     steps = _everything(checks, console)
     resume_at = [0.0]

@@ -7,7 +7,6 @@ from benchmarks.methods import METHODS, drc, load, qslim, schemes, search, subdi
 from benchmarks.methods.case import Case
 from npm_blender.core.geometry.closest_point import ClosestPoints
 from npm_blender.core.mesh import TriMesh
-from npm_blender.core.settings import CompressSettings
 from tests.meshes.shapes import bumpy, grid
 
 CODERS = ("qslim_draco", "meshopt", "draco", "loop", "butterfly", "subdivfit")
@@ -43,15 +42,41 @@ def test_bytes_fit_and_more_of_them_are_better(name, shape, request):
 
 
 def test_ours_with_a_size_makes_a_file_for_each_budget():
-    case = Case.of("closed", bumpy(4), 10_000, CompressSettings(refine_steps=0))
-    budgets = (350, 1_000, 4_000, 10**6, 10**7)
-    least, small, large, most, again = load("ours_sized").at_bytes(case, budgets)
+    case = Case.of("closed", bumpy(3), 10_000)
+    budgets = (350, 600, 1_200, 10**6, 10**7, 10**8)
+    least, small, large, most, same, again = load("ours_sized").at_bytes(case, budgets)
     assert least is None or least.bytes <= 350
-    assert 900 < small.bytes <= 1_000 and 3_600 < large.bytes <= 4_000
-    assert case.worse(small.mesh) > case.worse(large.mesh)
-    assert int(small.label.split()[0]) <= 423 < int(large.label.split()[0])
-    assert most.label.endswith("everything") and again is most
-    assert f"{len(case.mesh.F)} faces" in most.label
+    assert small.bytes <= 600 and large.bytes <= 1_200
+    assert case.worse(small.mesh) > case.worse(large.mesh) > case.worse(most.mesh)
+    assert most.label == f"{len(case.mesh.F)} faces, 0 levels" and same.bytes == most.bytes and again is same
+
+
+@pytest.mark.parametrize(("name", "word"), [("ours", "numbers"), ("ours_paper", "latents")])
+def test_our_streams_are_cut_and_more_of_them_are_nearer(name, word, closed):
+    none, *found = load(name).at_bytes(closed, (200, 1_500, 3_000, 10**6, 10**7))
+    assert none is None and found[2].bytes == found[3].bytes
+    assert all(coded.bytes <= budget for coded, budget in zip(found, (1_500, 3_000), strict=False))
+    assert all(coded.label.endswith(word) for coded in found)
+    errors = [closed.worse(coded.mesh) for coded in found]
+    assert errors[1] < errors[0] and errors[2] < 1.05 * errors[1] and errors[2] == errors[3]
+
+
+@pytest.mark.parametrize("name", ["ours", "ours_paper"])
+def test_our_streams_know_what_so_many_numbers_buy(name, closed):
+    few, some, more, none = load(name).at_scalars(closed, [600, 2_000, 4_000, 10**7])
+    assert few is None and none is None and len(some.F) == len(more.F)
+    assert closed.worse(more) < closed.worse(some)
+
+
+def test_the_paper_s_tables_are_of_its_model(closed):
+    rows = load("ours_paper").extra(closed)
+    places = {(about["table"], about["at"]): about for about, _ in rows}
+    assert {("features", k) for k in (0, 40, 400, "all")} <= set(places)
+    assert {("levels, 400", 1), ("levels, 400", 2), ("levels, all", 1), ("levels, all", 2)} <= set(places)
+    for k in (0, 40, 400):
+        assert places["features", k]["cr"] == pytest.approx(closed.cr(closed.scalars(k)), rel=0.02)
+    assert all(len(mesh.F) == 400 * 4 ** about["level"] for about, mesh in rows)
+    assert not hasattr(load("ours"), "extra")
 
 
 @pytest.mark.parametrize("name", ["qslim", "fast_quadric"])

@@ -52,6 +52,12 @@ def test_lines_are_kept_apart_by_samples_and_tag(tmp_path, monkeypatch):
     assert len({options.lines(parsed(monkeypatch, tmp_path, *run), "qslim") for run in runs}) == 3
 
 
+def test_only_the_lines_of_the_paper_s_model_depend_on_the_weights(tmp_path, monkeypatch):
+    (tmp_path / "a.ply").write_bytes(b"x")
+    o, digest = parsed(monkeypatch, tmp_path), options.load_weights().digest.hex()
+    assert [m for m in options.METHODS if digest in options.lines(o, m).name] == ["ours_paper"]
+
+
 MISTAKES = [("--methods", "ours,nonsense"), ("--methods", "ours", "--redo", "qslim"), ("/nowhere",)]
 
 

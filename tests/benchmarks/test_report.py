@@ -10,7 +10,8 @@ from benchmarks.methods.case import BUDGETS
 from benchmarks.results import COLUMNS, FLOOR, LEAST, Results, write_json
 from corpus.meshes import Entry
 
-NAMES = {"ours": "ours", "ours_sized": "sized", "qslim_draco": "QSlim + Draco", "qslim": "QSlim"}
+NAMES = {"ours": "ours", "ours_sized": "sized", "ours_paper": "the paper's model", "qslim_draco": "QSlim + Draco",
+         "qslim": "QSlim"}
 
 
 def line(mesh, table, d_pm, **more):
@@ -96,6 +97,26 @@ def test_rows_that_are_no_compression_stay_out_of_the_curve():
     ours = [line("a", "scalars", {0: 2.0}), line("b", "scalars", {0: 5.0}, cr=0.9)]
     found = results(ours=ours, qslim=slim)
     assert "| ours | 0.500 (1) |" in "\n".join(tables.cr_curve(found))
+
+
+def test_the_paper_s_tables_show_its_model():
+    model = line("a", "features", {0: 6.0, 40: 3.0}) | {"seconds": 1.0}
+    model["rows"] += line("a", "levels, 400", {1: 7.0})["rows"]
+    slim = line("a", "scalars", {0: 12.0, 40: 4.0})
+    found = results(ours=[line("a", "features", {0: 99.0})], ours_paper=[model], qslim=[slim])
+    text = "\n".join(tables.by_features(found))
+    assert "| the paper's model, no latents | 10.0 | 900 | 6.00 | **0.500** |" in text and "99" not in text
+    assert "| the paper's model, 40 latents |" in text and "100.0 % of meshes" in text
+    assert "| 1 | 1,600 | 7.00 |" in "\n".join(tables.by_level(found))
+
+
+def test_the_paragraph_says_where_numbers_are_better_spent_by_qslim():
+    ours, model = line("a", "scalars", {400: 2.0}), line("a", "scalars", {0: 8.0, 400: 2.0})
+    slim = line("a", "scalars", {0: 4.0, 400: 4.0})
+    text = losses.losses_in_numbers(results(ours=[ours], ours_paper=[model], qslim=[slim]))
+    assert "than ours 400 latents 0 % and 0 %, and than the paper's model 0 latents 100 % and 0 %; 400 latents 0 %" in text
+    assert "a (8.0 against 4.0)" in text
+    assert losses.losses_in_numbers(results(qslim=[slim])) == ""
 
 
 def test_csv_has_a_line_for_every_row(made):

@@ -1,53 +1,70 @@
-"""Timing and memory beside peers: one group of operations on a small mesh, in real processes."""
+"""Timing and memory beside peers: one group of operations on small meshes, in real processes."""
 import math
 
 import pytest
 
 from benchmarks import speed
-from benchmarks.operations import GROUPS, operations
+from benchmarks.methods import drc
+from benchmarks.operations import GROUPS, PAIRS, Inputs, faces_of, operations, pairs, slim
+from tests.meshes.shapes import torus
 
 pytestmark = [pytest.mark.slow, pytest.mark.torch]
 
 
 @pytest.fixture(scope="module")
 def figures():
-    """Opening a file, on a sphere of 1,280 faces."""
-    return speed.measure(repeats=1, depth=3, slow=False, groups=("open",))
+    """Opening a file, on tori of 1,024 and 2,304 faces."""
+    return speed.measure(repeats=1, small=(32, 16), large=(48, 24), slow=False, groups=("open",))
 
 
 def test_every_row_has_seconds_memory_and_a_ratio_to_its_peer(figures):
-    rows = figures["rows"]
-    assert [row["method"] for row in rows] == [o.method for o in operations() if o.group == "open"]
-    peer = next(row for row in rows if row["peer"])
-    for row in rows:
-        assert row["seconds"] > 0 and row["first_seconds"] > 0 and row["peak_mb"] >= row["start_mb"] > 10
-        assert math.isclose(row["ratio"], row["seconds"] / peer["seconds"])
+    assert [row["group"] for row in figures["rows"]] == ["open"]
+    for row in figures["rows"]:
+        ours, peer = figures["operations"][row["ours"]], figures["operations"][row["peer"]]
+        for one in (ours, peer):
+            assert one["seconds"] > 0 and one["first_seconds"] > 0 and one["peak_mb"] >= one["start_mb"] > 10
+        assert math.isclose(row["ratio"], ours["seconds"] / peer["seconds"])
 
 
 def test_memory_is_the_fresh_process_s_own(figures):
     """A process that only reads Draco holds less than one that runs our decoder, whatever started them."""
-    draco, ours = (next(r for r in figures["rows"] if r["method"] == m) for m in ("Draco", "ours, finest level"))
+    draco, ours = figures["operations"]["open drc"], figures["operations"]["open"]
     assert ours["peak_mb"] - ours["start_mb"] > draco["peak_mb"] - draco["start_mb"]
 
 
 def test_stages_and_forward_passes_are_there(figures):
-    assert {"decimate", "levels", "encode", "write"} <= set(figures["stages"])
+    assert {"clean", "fit", "write"} <= set(figures["stages"])
     assert set(figures["forward"]) == {"numpy", "torch"}
     assert all(seconds > 0 for pair in figures["forward"].values() for seconds in pair.values())
 
 
-def test_table_has_a_line_for_every_row(figures):
+def test_table_has_the_command_and_a_line_for_every_row(figures):
     lines = speed.table(figures)
-    body = [line for line in lines if line.startswith("| " + GROUPS["open"])]
-    assert len(body) == len(figures["rows"]) and sum("| peer |" in line for line in body) == 1
-    assert f"{figures['stream_bytes']:,} bytes" in lines[-1]
+    assert lines[0].startswith("`python -m benchmarks.speed`")
+    body = [line for line in lines if line.startswith("| open the base, ")]
+    assert len(body) == len(figures["rows"]) and f"{figures['facts']['base']:,} faces" in body[0]
+    assert f"{figures['rows'][0]['ratio']:.2f}" in body[0]
 
 
-def test_every_group_has_one_peer_and_names_are_unique():
-    found = operations()
-    assert len({o.name for o in found}) == len(found)
-    for group in GROUPS:
-        assert sum(o.peer for o in found if o.group == group) == 1
+def test_every_row_names_operations_that_there_are():
+    names = [o.name for o in operations()]
+    assert len(set(names)) == len(names) and {"meshoptimizer, as many faces"} >= {p.who for p in PAIRS} - {p.who for p in pairs()}
+    assert {pair.group for pair in pairs()} == set(GROUPS)
+    assert {pair.group for pair in pairs(slow=False)} == {"decode", "open", "slider"}
+    assert {pair.group for pair in pairs(("sized", "large"))} == {"sized", "large"}
+
+
+def test_what_is_compared_is_of_equal_size(tmp_path):
+    small = torus(32, 16)
+    inputs = Inputs.write(tmp_path, small, torus(48, 24))
+    assert Inputs.read(tmp_path) == inputs
+    calls = {o.name: o.prepare(inputs) for o in operations()}
+    assert len(calls["open"]().F) == len(calls["open drc"]().F) == inputs.facts["base"]
+    assert len(calls["decode"]().F) == len(calls["slide"]().F) == len(calls["seen"]().F) == inputs.facts["fine"]
+    faces = faces_of(small, 900)
+    assert abs(len(drc.encode(slim(small, faces), 11)) - 900) < 90
+    assert (tmp_path / "written.npmesh").exists() is False
+    assert calls["compress"]() == inputs.bytes_of("ours.npmesh") == (tmp_path / "written.npmesh").read_bytes()
 
 
 def test_calls_take_turns_and_the_first_does_not_count():

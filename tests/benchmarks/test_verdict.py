@@ -10,7 +10,7 @@ from benchmarks.results import FLOOR, LEAST, Results
 from benchmarks.tables import LARGE
 from corpus.meshes import Entry
 
-NAMES = {"ours": "ours", "ours_sized": "sized", "qslim_draco": "QSlim + Draco"}
+NAMES = {"ours": "ours", "ours_sized": "sized", "ours_paper": "the paper's model", "qslim_draco": "QSlim + Draco"}
 KB = 1000
 
 
@@ -38,6 +38,7 @@ def made():
             line("c", {2 * KB: (1.0, 1.0, 1.0, 2000)}),
         ],
         ours_sized=[line("a", {KB: (4.0, 4.0, 1.0, 1000)})],
+        ours_paper=[line("a", {KB: (12.0, 4.0, 1.0, 1000)})],
         qslim_draco=[
             line("a", {KB: (4.0, 4.0, 8.0, 1000), 2 * KB: (0.05, 0.05, 1.0, 2000)}),
             line("b", {KB: (1.0, 2.0, 2.0, 1000), 2 * KB: (0.3, 0.1, 1.0, 2000)}),
@@ -77,6 +78,10 @@ def test_the_one_stream_stands_beside_the_file_made_for_the_size(made):
     assert cells(verdict.table(made), "made for its size over") == ["1.000 (1)", "-"]
 
 
+def test_the_paper_s_model_has_a_row(made):
+    assert cells(verdict.table(made), "the paper's model over") == ["3.000 (1)", "-"]
+
+
 def test_how_much_of_the_budget_is_used(made):
     assert cells(verdict.table(made), "bytes used")[0] == "95.0 % / 100.0 %"
 
@@ -84,7 +89,8 @@ def test_how_much_of_the_budget_is_used(made):
 def test_large_meshes_have_a_table_of_their_own(made):
     entries = [Entry("a", Path("a"), LARGE, ""), Entry("b", Path("b"), LARGE - 1, ""), Entry("c", Path("c"), 5, "")]
     large, everything = "\n".join(verdict.tables(made, entries)).split("### All meshes")
-    assert "Measured, of 1 meshes: ours 1, ours made for the size 1, QSlim + Draco 1; code of ours: abc (1)." in large
+    measured = "ours 1, ours made for the size 1, the paper's model 1, QSlim + Draco 1; code of ours: abc (1)."
+    assert f"Measured, of 1 meshes: {measured}" in large
     assert "2.000 (1)" in large and "2.000 (2)" in everything
 
 
@@ -97,6 +103,7 @@ def test_faces_of_a_folder_without_manifest_are_those_that_were_measured():
 def test_what_failed_and_what_was_not_measured_is_said():
     found = results(ours=[line("a", {KB: (1.0, 1.0, 1.0, 900)}, ""), {"name": "b", "error": "MeshError: torn"}])
     assert verdict.measured(found) == (
-        "Measured, of 3 meshes: ours 1 (failed: 1), ours made for the size 0, QSlim + Draco 0; code of ours: unknown (1)."
+        "Measured, of 3 meshes: ours 1 (failed: 1), ours made for the size 0, the paper's model 0, QSlim + Draco 0; "
+        "code of ours: unknown (1)."
     )
     assert not any(x.startswith("|") for x in verdict.tables(found, []))

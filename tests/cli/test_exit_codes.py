@@ -11,7 +11,7 @@ ENDS = {
     "bad stream": (errors.StreamError("Expected an .npmesh stream, found none; check it"), 2, "Expected an .npmesh"),
     "bad setting": (errors.SettingsError("Expected levels, found none; set them"), 2, "Expected levels"),
     "missing weights": (errors.WeightsError("Expected the weights, found none; reinstall"), 2, "Expected the weights"),
-    "missing package": (errors.DependencyError("Expected torch, found none; install it"), 2, "Expected torch"),
+    "missing package": (errors.DependencyError("Expected numba, found none; install it"), 2, "Expected numba"),
     "message of two lines": (errors.MeshError("Expected this,\nfound that"), 2, "Expected this, found that"),
     "cancelled": (errors.Cancelled("by the user"), 1, "cancelled"),
     "interrupted": (KeyboardInterrupt(), 1, "cancelled"),

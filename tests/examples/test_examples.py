@@ -1,6 +1,5 @@
 """The examples run, write meshes and pictures, and stay short enough to be read at one go."""
 import ast
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -34,8 +33,6 @@ def test_an_example_is_short_and_says_where_its_stage_lives(example):
 @pytest.mark.slow
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)
 def test_an_example_writes_a_mesh_and_a_picture(made, example):
-    if example.stem == "07_refine" and not find_spec("torch"):
-        pytest.skip("needs torch")
     number = example.name[:2]
     meshes, pictures = list(made.glob(f"{number}_*.ply")), list(made.glob(f"{number}_*.png"))
     assert meshes and pictures

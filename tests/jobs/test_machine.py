@@ -1,32 +1,24 @@
-"""Threads, device and folders: what goes into the worker's environment comes out of it."""
+"""Threads and folders: what is chosen is in the worker's environment."""
 import os
-import sys
 from pathlib import Path
 
 import pytest
 
+from npm_blender.core import parallel
 from npm_blender.core.cleaning import result_cache
-from npm_blender.core.errors import SettingsError
-from npm_blender.core.settings import ComputeSettings
-from npm_blender.jobs.machine import WorkerSettings, compute_settings
+from npm_blender.jobs.machine import POOLS, WorkerSettings
 
 
-@pytest.mark.parametrize("compute", [ComputeSettings(), ComputeSettings(threads=3), ComputeSettings(2, "gpu")])
-def test_the_worker_reads_what_was_said(compute):
-    said = WorkerSettings(compute).variables()
-    assert compute_settings(said) == compute
-    assert said.get("OMP_NUM_THREADS") == (str(compute.threads) if compute.threads else None)
+@pytest.mark.parametrize("threads", [1, 3])
+def test_a_number_of_threads_is_for_every_library(monkeypatch, threads):
+    said = WorkerSettings(threads).variables()
+    assert said == dict.fromkeys(POOLS, str(threads))
+    monkeypatch.setenv("OMP_NUM_THREADS", said["OMP_NUM_THREADS"])
+    assert parallel.threads() == threads
 
 
-def test_nothing_said_means_the_defaults():
-    assert compute_settings({}) == ComputeSettings()
-
-
-@pytest.mark.parametrize("said", [{"NPMESH_THREADS": "many"}, {"NPMESH_THREADS": "-1"}, {"NPMESH_THREADS": ""},
-                                  {"NPMESH_DEVICE": "toaster"}, {"NPMESH_THREADS": "99999"}])
-def test_what_cannot_be_is_refused(said):
-    with pytest.raises(SettingsError, match="Expected"):
-        compute_settings(said)
+def test_nothing_chosen_says_nothing():
+    assert WorkerSettings().variables() == {}
 
 
 def test_the_cache_is_for_compiled_code_and_for_results(monkeypatch):
@@ -36,14 +28,8 @@ def test_the_cache_is_for_compiled_code_and_for_results(monkeypatch):
     assert result_cache.user_cache() == Path("/a/cache")
 
 
-def test_torch_is_looked_for_last():
-    assert WorkerSettings(torch_path="/t").packages(["/own", "/other"]) == ["/own", "/other", "/t"]
-    assert WorkerSettings(torch_path="/own").packages(["/own", "/other"]) == ["/own", "/other"]
-    assert WorkerSettings().packages(["/own"]) == ["/own"]
-
-
 def test_a_process_that_is_the_worker_is_itself_again_afterwards():
-    before = dict(os.environ), list(sys.path)
-    with WorkerSettings(ComputeSettings(2), cache="/a/cache", torch_path="/t").in_this_process():
-        assert compute_settings() == ComputeSettings(2) and sys.path[-1] == "/t"
-    assert (dict(os.environ), list(sys.path)) == before
+    before = dict(os.environ)
+    with WorkerSettings(2, cache="/a/cache").in_this_process():
+        assert parallel.threads() == 2 and result_cache.user_cache() == Path("/a/cache")
+    assert dict(os.environ) == before

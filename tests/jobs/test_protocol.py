@@ -16,7 +16,7 @@ from npm_blender.jobs import process, protocol
 
 def test_a_mesh_and_its_settings_arrive_and_take_no_more_space(tmp_path):
     mesh = TriMesh.from_arrays(np.eye(3, dtype=np.float32), np.array([[0, 1, 2]]))
-    settings = CompressSettings(lod=LodSettings(base_faces=123, clean="off"), refine_steps=7)
+    settings = CompressSettings(lod=LodSettings(base_faces=123, clean="off"), model="paper", budget=900)
     protocol.write_mesh(tmp_path, 3, mesh, settings)
     arrived, its = protocol.take_mesh(tmp_path, 3)
     assert np.array_equal(arrived.V, mesh.V) and np.array_equal(arrived.F, mesh.F) and its == settings
@@ -54,7 +54,7 @@ def test_what_is_said_is_one_line():
 
 
 def test_starting_jobs_loads_nothing_heavy():
-    code = "import sys, npm_blender.jobs; print({'bpy', 'numpy', 'numba', 'torch'} & set(sys.modules))"
+    code = "import sys, npm_blender.jobs; print({'bpy', 'numpy', 'numba'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], cwd=process.PACKAGE_FOLDER.parent, capture_output=True, text=True)
     assert done.stdout == "set()\n", done.stderr
 

@@ -57,6 +57,15 @@ def test_weights_of_a_run_load(run):
     assert found.config.decoder and len(found.digest) == 8
 
 
+def test_sequences_are_the_paper_s_whatever_the_product_s_defaults_are(tmp_path):
+    for i in range(10):
+        (tmp_path / f"m{i}.ply").touch()
+    found = {task.name: task.settings for task in sequences.tasks(tmp_path, tmp_path / "out", 1)}
+    assert {(s.base_faces, s.levels) for name, s in found.items() if not name.endswith(".b100")} == {(400, 3)}
+    assert found["train/m0"].variant == 0 and found["train/m0.v1"].variant == 1
+    assert (found["train/m0.b100"].base_faces, found["train/m0.b100"].levels) == (100, 4)
+
+
 def test_a_folder_without_meshes_is_an_error(tmp_path):
     with pytest.raises(Exception, match="found none"):
         sequences.tasks(tmp_path, tmp_path / "out", 1)

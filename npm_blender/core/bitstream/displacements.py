@@ -221,6 +221,8 @@ def encode_displacements(table: np.ndarray, near: np.ndarray, first: np.ndarray)
     table = np.array(table, np.int64)
     coder = range_encoder(new_contexts(_CONTEXTS), new_weights(_MIXERS), 64 + table.size * 9)
     found = _coded(coder, table, near, first, _AHEAD)
+    if not len(table):
+        return b"", found._replace(ends=np.zeros(1, np.int64))
     at = int(coder.rc[POSITION])
     # the last bytes of the interval, as many as a reader has looked at by then
     end = (int.from_bytes(coder.buf[:at].tobytes(), "big") << 32) + int(coder.rc[LOW]) + int(coder.rc[RANGE]) // 2

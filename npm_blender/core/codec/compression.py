@@ -22,7 +22,7 @@ from .target import Target
 COMPILING = "first run: compiling takes up to a minute"
 SHARES = {"clean": 1, "fit": 8, "write": 0.2}  # of the progress bar
 PAPER_SHARES = {"clean": 1, "decimate": 2, "levels": 1, "encode": 1, "order": 0.5, "write": 0.5}
-MOST_BYTES = 40_000  # of a stream that is not made for a size
+BYTES_PER_FACE, LEAST_BYTES, MOST_BYTES = 2, 4_000, 40_000  # of a stream that is not made for a size, about: of the source
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,8 @@ def _displaced(unit: TriMesh, facts: SourceFacts, settings: CompressSettings, cl
             return _Sent(made.data, made.features, len(made.base.surface.F0), made.base.surface.levels, "")
         lod = settings.lod
         faces = lod.base_faces or default_faces(target)
-        stages, message = checked(target, faces, lod.levels, settings.position_bits, MOST_BYTES, report)
+        most = min(max(BYTES_PER_FACE * len(unit.F), LEAST_BYTES), MOST_BYTES)
+        stages, message = checked(target, faces, lod.levels, settings.position_bits, most, report)
     with clock.stage("write") as report:
         report(0.0, "Writing")
         data, count = stages.stream(stages.table, stages.step)

@@ -8,13 +8,15 @@ from .stages import Stages
 from .target import Target
 
 DEFAULT_FACES = 800             # of a base: about 0.8 kB
+WHOLE = 1600                    # faces of a mesh that is its own base: a few kB
 STAGES = 14                     # at most
 BETTER = 0.98                   # a stage that leaves more than this of the error, and the next one, end the stream
 
 
 def default_faces(target: Target) -> int:
-    """Faces of the base of a stream for all sizes."""
-    return min(DEFAULT_FACES, len(target.mesh.F))
+    """Faces of the base of a stream for all sizes: all of a mesh that has few."""
+    faces = len(target.mesh.F)
+    return faces if faces <= WHOLE else DEFAULT_FACES
 
 
 def staged(target: Target, base: FittedBase, most: int, progress: Progress = no_progress) -> Stages:

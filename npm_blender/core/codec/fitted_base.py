@@ -62,7 +62,9 @@ class FreeBase:
         order, self._connectivity = order_connectivity(decimation.F0, len(decimation.V0))
         self._F0, self._n0, V0 = order.F, len(decimation.V0), decimation.V0[order.vertices]
         whole = len(order.F) == len(target.mesh.F)
-        self.levels = levels_for(len(order.F), len(target.mesh.F)) if levels == AUTO else max(levels, 0)
+        if levels == AUTO:  # the source itself has nothing to gain from levels
+            levels = PLAIN if whole else levels_for(len(order.F), len(target.mesh.F))
+        self.levels = max(levels, 0)
         progress(0.2, "Fitting the base")
         tried = [self._fitted(V0, smooth, min(self.levels, TRIED_LEVELS), 0 if whole and not smooth else TRIAL_PASSES)
                  for smooth in (schemes if self.levels else SCHEMES[:1])]

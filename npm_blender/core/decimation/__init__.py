@@ -1,6 +1,6 @@
 """Edge collapses by quadric error, topology kept."""
 from .admissibility import shape_holds
-from .collapse_loop import needs_compiling
+from .collapse_loop import NEVER, needs_compiling, oriented
 from .decimator import half_edges_with_quadrics
 from .edge_collapse import collapse_edge, gather_stencil, link_condition_holds
 from .edge_heap import DEAD, REJECTED, heapify_edges, put_edge, take_edge
@@ -11,6 +11,7 @@ from .quadric import best_point, edge_costs
 __all__ = [
     "DEAD",
     "Decimation",
+    "NEVER",
     "REJECTED",
     "best_point",
     "collapse_edge",
@@ -23,6 +24,7 @@ __all__ = [
     "is_border",
     "link_condition_holds",
     "needs_compiling",
+    "oriented",
     "put_edge",
     "shape_holds",
     "take_edge",

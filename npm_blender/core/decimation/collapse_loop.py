@@ -96,7 +96,7 @@ def _is_full(record):
 
 
 @compiled(inline="always")
-def _oriented(m, e, only_border):
+def oriented(m, e, only_border):
     """The half-edge along which edge e collapses, and the kind of its stencil; NEVER where it may not for its ends.
 
     An end on the border stays, and an inner edge between two of them too, else the border would pinch.
@@ -122,7 +122,7 @@ def _try(m, Q, e, corners, record, scratch, tests, stage, only_border):
 
     Instead of faces removed: 0 where the test of the stage refuses it, NEVER where those of topology or of the border do.
     """
-    h, kind = _oriented(m, e, only_border)
+    h, kind = oriented(m, e, only_border)
     if kind == NEVER:
         return NEVER, 0, h
     stencil = gather_stencil(m, h, kind, scratch.ring, scratch.faces)

@@ -99,10 +99,11 @@ class DisplacedSurface:
         V0, one for each vertex of those levels at least.
         """
         X, out = V0, SurfaceLevels([], [])
-        for i, now in enumerate(self.hierarchy[: (self.levels if level is None else level) + 1]):
+        for i in range((self.levels if level is None else level) + 1):
+            # of new vertices from the faces that they lie between, one level below
+            N = _edge_normals(X, self.hierarchy[i - 1]) if i else _vertex_normals(X, self.F0)
             X = self.stencils[i - 1].apply(X) if i else X.astype(np.float64)
             new = self.new_at(i)
-            N = _vertex_normals(X, now.F)[new]
             moved = moves[new]
             if moved.any():
                 X[new] += moved[:, None] * N
@@ -111,12 +112,27 @@ class DisplacedSurface:
         return out
 
 
-def _vertex_normals(X: np.ndarray, F: np.ndarray) -> np.ndarray:
-    """Unit normals (n, 3), area-weighted; zero where the faces of a vertex cancel out."""
+def _face_normals(X: np.ndarray, F: np.ndarray) -> np.ndarray:
+    """Normals (m, 3), twice as long as the areas."""
     a, b, c = X[F[:, 0]], X[F[:, 1]], X[F[:, 2]]
     u, v = b - a, c - a
-    of_faces = np.stack([u[:, 1] * v[:, 2] - u[:, 2] * v[:, 1], u[:, 2] * v[:, 0] - u[:, 0] * v[:, 2],
-                         u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]])
-    flat = F.reshape(-1)
-    N = np.stack([np.bincount(flat, np.repeat(axis, 3), len(X)) for axis in of_faces], 1)
-    return N / np.maximum(np.sqrt((N * N).sum(1, keepdims=True)), 1e-300)
+    out = np.empty_like(u)
+    for x, y, z in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[:, x] = u[:, y] * v[:, z] - u[:, z] * v[:, y]
+    return out
+
+
+def _unit(N: np.ndarray) -> np.ndarray:
+    return N / np.maximum(np.sqrt(N[:, :1] ** 2 + N[:, 1:2] ** 2 + N[:, 2:] ** 2), 1e-300)
+
+
+def _edge_normals(X: np.ndarray, level: Level) -> np.ndarray:
+    """Unit normals (e, 3) of the edges of a level, area-weighted over the faces at each; zero where they cancel out."""
+    N = _face_normals(X, level.F)
+    return _unit(N[level.edge_halfedge[:, 0] // 3] + N[level.edge_halfedge[:, 1] // 3])
+
+
+def _vertex_normals(X: np.ndarray, F: np.ndarray) -> np.ndarray:
+    """Unit normals (n, 3) of vertices, area-weighted; zero where the faces of a vertex cancel out."""
+    N, flat = np.repeat(_face_normals(X, F), 3, axis=0), F.reshape(-1)
+    return _unit(np.stack([np.bincount(flat, axis, len(X)) for axis in N.T], 1))

@@ -5,7 +5,7 @@ from ..lazy import lazy_exports
 
 if TYPE_CHECKING:
     from .metrics import Metrics, Original, compression_ratio, evaluate
-    from .prefix_errors import PrefixErrors, measure_prefixes, prefix_errors_from_text
+    from .prefix_errors import PrefixErrors, measure_prefixes, prefix_errors_from_text, thinned
 
 __all__ = [
     "Metrics",
@@ -15,8 +15,9 @@ __all__ = [
     "evaluate",
     "measure_prefixes",
     "prefix_errors_from_text",
+    "thinned",
 ]
 __getattr__, __dir__ = lazy_exports(__name__, {
     "metrics": ("Metrics", "Original", "compression_ratio", "evaluate",),
-    "prefix_errors": ("PrefixErrors", "measure_prefixes", "prefix_errors_from_text",),
+    "prefix_errors": ("PrefixErrors", "measure_prefixes", "prefix_errors_from_text", "thinned"),
 })

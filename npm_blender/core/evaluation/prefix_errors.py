@@ -1,4 +1,4 @@
-"""What a stream's prefixes are worth: errors against the original, measured at stops along the features.
+"""What a stream's prefixes are worth: errors against the original, measured at the stream's own stops.
 
 Measured where the original is at hand, that is, when a mesh is compressed; kept beside the stream as text. Between two
 stops nothing is claimed but what was measured at both.
@@ -14,8 +14,7 @@ from ..errors import StreamError
 from ..mesh import TriMesh, UnitFrame
 from ..progress import Progress, no_progress
 
-# stops where features change most, and the ends of the stages in which they are sent: latents, then offsets (codec.LATENTS)
-STOPS = (0, 20, 40, 100, 200, 400, 800, 1500, 3000, 6000, 12000, 24000)
+MOST_STOPS = 16  # that are measured
 SAMPLES = 8_000  # points each way; the mean distance of a stop is then good to about 1 %
 _FIELDS = ("d_pm", "d_p99", "d_normal", "d_reverse")
 _LIMIT = 1_000_000  # characters of a text that is worth reading
@@ -30,6 +29,11 @@ class StopErrors:
     d_normal: float
     d_reverse: float
 
+    @property
+    def worse(self) -> float:
+        """The larger of d_pm and d_reverse: how far off a prefix is said to be (`Metrics.worse`)."""
+        return max(self.d_pm, self.d_reverse)
+
 
 @dataclass(frozen=True)
 class PrefixErrors:
@@ -43,8 +47,8 @@ class PrefixErrors:
     >>> from npm_blender.core.evaluation.prefix_errors import StopErrors
     >>> coarse, fine = StopErrors(90.0, 300.0, 8.0, 95.0), StopErrors(20.0, 80.0, 4.0, 22.0)
     >>> errors = PrefixErrors(2.0, features=(0, 40), bytes=(700, 900), errors=((coarse, coarse), (coarse, fine)))
-    >>> [stop.d_pm for stop in errors.around(20, level=1)], [stop.d_pm for stop in errors.around(40, level=1)]
-    ([90.0, 20.0], [20.0])
+    >>> [stop.worse for stop in errors.around(20, level=1)], [stop.worse for stop in errors.around(40, level=1)]
+    ([95.0, 22.0], [22.0])
     """
 
     size: float
@@ -98,8 +102,21 @@ def prefix_errors_from_text(text: str) -> PrefixErrors:
     return PrefixErrors(size, features, sizes, errors)
 
 
+def thinned(stops: tuple[int, ...], most: int) -> tuple[int, ...]:
+    """At most so many of ascending stops, evenly along their list, the first and the last among them.
+
+    >>> from npm_blender.core.evaluation import thinned
+    >>> thinned((0, 80, 320, 1300, 5200, 20800), most=3), thinned((0, 80), most=16)
+    ((0, 320, 20800), (0, 80))
+    """
+    if len(stops) <= most:
+        return stops
+    places = np.rint(np.linspace(0, len(stops) - 1, most)).astype(int)
+    return tuple(stops[k] for k in places.tolist())
+
+
 def measure_prefixes(stream: ProgressiveMesh, original: TriMesh, progress: Progress = no_progress) -> PrefixErrors:
-    """Errors of all levels at the stops that the stream has. original: what was compressed, in the same frame.
+    """Errors of all levels at the stops of the stream, at most MOST_STOPS of them. original: what was compressed, same frame.
 
     Takes some 20 ms a stop and level beside the decoding. Raises MeshError if the original has no area, Cancelled
     (from `progress`).
@@ -109,7 +126,7 @@ def measure_prefixes(stream: ProgressiveMesh, original: TriMesh, progress: Progr
     >>> V = [[x, y, x * y / 8] for y in range(5) for x in range(5)]
     >>> F = [f for i in range(19) if i % 5 < 4 for f in ([i, i + 1, i + 5], [i + 1, i + 6, i + 5])]
     >>> mesh = TriMesh.from_arrays(V, F)
-    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1), refine_steps=0)
+    >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1))
     >>> errors = measure_prefixes(open_stream(compress(mesh, settings, progress=lambda *_: None).data), mesh)
     >>> errors.features[0], len(errors.errors), errors.size
     (0, 2, 4.0)
@@ -118,15 +135,12 @@ def measure_prefixes(stream: ProgressiveMesh, original: TriMesh, progress: Progr
 
     progress(0.0, "Measuring")
     reference = Original(original, SAMPLES)
-    stops = tuple(k for k in STOPS if k < stream.features) + (stream.features,)
+    stops = thinned(stream.stops, MOST_STOPS)
     errors: list[list[StopErrors]] = [[] for _ in range(stream.levels + 1)]
     for k, features in enumerate(stops):
         for level, measured in enumerate(errors):
-            if level == 0 and measured:  # the base is what it is
-                measured.append(measured[0])
-            else:
-                found = reference.evaluate(stream.decode(features, level))
-                measured.append(StopErrors(*(getattr(found, name) for name in _FIELDS)))
+            found = reference.evaluate(stream.decode(features, level))
+            measured.append(StopErrors(*(getattr(found, name) for name in _FIELDS)))
         progress((k + 1) / len(stops), "Measuring")
     sizes = tuple(stream.bytes_for(features) for features in stops)
     return PrefixErrors(UnitFrame.of(original.V).size, stops, sizes, tuple(map(tuple, errors)))

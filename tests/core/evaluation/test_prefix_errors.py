@@ -22,7 +22,7 @@ def original():
 
 @pytest.fixture(scope="module")
 def stream(original):
-    settings = CompressSettings(lod=LodSettings(base_faces=80, levels=2), refine_steps=0)
+    settings = CompressSettings(lod=LodSettings(base_faces=80, levels=2))
     return open_stream(compress(original, settings).data)
 
 
@@ -32,7 +32,7 @@ def measured(original, stream):
 
 
 def test_every_stop_and_level_is_measured(measured, stream, original):
-    assert measured.features[0] == 0 and measured.features[-1] == stream.features
+    assert measured.features == stream.stops and measured.features[-1] == stream.features
     assert measured.size == pytest.approx(np.ptp(original.V, axis=0).max())
     assert len(measured.errors) == 3 and all(len(stops) == len(measured.features) for stops in measured.errors)
     assert measured.bytes == tuple(stream.bytes_for(k) for k in measured.features)
@@ -44,6 +44,19 @@ def test_a_stop_is_as_far_off_as_the_metrics_say(measured, stream, original, lev
     exact = Original(original, 200_000).evaluate(stream.decode(measured.features[k], level))
     assert measured.errors[level][k].d_pm == pytest.approx(exact.d_pm, rel=0.05)
     assert measured.errors[level][k].d_reverse == pytest.approx(exact.d_reverse, rel=0.05)
+
+
+def test_how_far_off_a_stop_is_said_to_be_is_the_worse_way(measured):
+    for stops in measured.errors:
+        assert all(stop.worse == max(stop.d_pm, stop.d_reverse) for stop in stops)
+
+
+@pytest.mark.parametrize("most", [2, 3, 16])
+def test_many_stops_are_thinned_and_few_stay(most):
+    stops = tuple(3**k for k in range(40))
+    found = prefix_errors.thinned(stops, most)
+    assert len(found) == most and found[0] == stops[0] and found[-1] == stops[-1] and found == tuple(sorted(set(found)))
+    assert prefix_errors.thinned(stops[:most], most) == stops[:most] and prefix_errors.thinned((0,), most) == (0,)
 
 
 def test_between_stops_nothing_is_claimed_but_what_was_measured_on_both_sides(measured):
