@@ -42,7 +42,7 @@ from .quadric import best_point
 FACES_LEFT, QUEUED, RANDOM, HAS_BORDER = range(4)  # entries of `counts`, see the module
 DONE, MORE, EMPTY = 0, 1, 2
 NEVER = -1
-SINGLE = 64.0  # times the dearest price so far: above it, no collapse of a single face is taken for the sake of a number
+SINGLE = 64.0  # times the dearest price so far: above it no collapse of a single face is taken for the sake of a number
 _CHOICES = 100  # a variant chooses among about this many of the cheapest edges
 _ROOM = MAX_RING + SPARE
 

@@ -15,7 +15,7 @@ from tests.core.codec.streams import silent
 from tests.meshes.thin_shapes import TWO_SHEETS, pipe, statue
 
 ROOT = Path(__file__).parents[3]
-SETTINGS = {"one level": CompressSettings(LodSettings(base_faces=200, levels=1)), "a size": CompressSettings(budget=1_200)}
+SETTINGS = {"one level": CompressSettings(LodSettings(base_faces=200, levels=1)), "a size": CompressSettings(budget=2_000)}
 LEAST = 2e-5  # of the longest side: what is nearer than that is not looked at
 
 
@@ -58,7 +58,7 @@ def test_a_pipe_a_thousand_times_as_long_as_wide_keeps_its_area_and_length(setti
     mesh = pipe(1000)
     stream = open_stream(compress(mesh, settings, silent).data)
     assert area(stream.decode()) == pytest.approx(area(mesh), rel=0.05)
-    assert length(stream.decode())[2] == pytest.approx(1000, rel=0.002)
+    assert length(stream.decode())[2] == pytest.approx(1000, rel=0.005)
     assert length(stream.decode())[:2] == pytest.approx(1, rel=0.1)
 
 
