@@ -99,7 +99,17 @@ def _is_full(record):
 def oriented(m, e, only_border):
     """The half-edge along which edge e collapses, and the kind of its stencil; NEVER where it may not for its ends.
 
-    An end on the border stays, and an inner edge between two of them too, else the border would pinch.
+    m: a HalfedgeMesh; only_border: whether inner edges may not. An end on the border stays, and an inner edge between two of them
+    too, else the border would pinch.
+
+    >>> from npm_blender.core.decimation import NEVER, half_edges_with_quadrics, oriented
+    >>> from npm_blender.core.mesh import TriMesh
+    >>> from npm_blender.core.parameterization import ANCHORED, EDGE
+    >>> fan = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [2, 1, 4]]  # vertex 0 is inside, the others are on the border
+    >>> m, _ = half_edges_with_quadrics(TriMesh.from_arrays([[0, 0, 1], [0, 1, 0], [1, 0, 0], [-1, 0, 0], [1, 1, 0]], fan))
+    >>> kinds = {tuple(m.corner[[h, h - h % 3 + (h + 1) % 3]].tolist()): oriented(m, e, False) for e, h in enumerate(m.start)}
+    >>> [int(kinds[ends][1]) == kind for ends, kind in (((0, 1), ANCHORED), ((1, 2), NEVER), ((1, 4), EDGE))]
+    [True, True, True]
     """
     h = m.start[e]
     o = m.opposite[h]
