@@ -92,7 +92,7 @@ def write_displaced(header: Header, base: EncodedBase, payload: bytes) -> bytes:
     """A whole stream of a displaced surface; payload: from `encode_displacements`, as long as `header.coding` says.
 
     >>> import numpy as np
-    >>> from npm_blender.core.bitstream import *
+    >>> from npm_blender.core.bitstream import *  # all of the room
     >>> F0 = np.array([[0, 1, 2], [3, 1, 0]])
     >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), F0)
     >>> header = Header(0, 8, 0, 2, 4, (0, 0, 0), 1.0, DisplacedCoding(0, 0, 22, 0, 0))
@@ -107,7 +107,7 @@ def displaced_size(header: Header, base: EncodedBase, payload: int) -> int:
     """Bytes of a whole stream whose payload has so many.
 
     >>> import numpy as np
-    >>> from npm_blender.core.bitstream import *
+    >>> from npm_blender.core.bitstream import *  # all of the room
     >>> F0 = np.array([[0, 1, 2], [3, 1, 0]])
     >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), F0)
     >>> header = Header(0, 8, 0, 2, 4, (0, 0, 0), 1.0, DisplacedCoding(0, 0, 22, 0, 0))
@@ -122,7 +122,7 @@ def write_latents(header: Header, base: EncodedBase, features: LatentFeatures) -
     shapes do not fit, a face comes twice in a level, or something is out of range.
 
     >>> import numpy as np
-    >>> from npm_blender.core.bitstream import *
+    >>> from npm_blender.core.bitstream import *  # all of the room
     >>> F0 = np.array([[0, 1, 2], [3, 1, 0]])
     >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), F0)
     >>> header = Header(1, 8, 1, 2, 4, (0, 0, 0), 1.0, LatentCoding("demo", bytes(8), (0.5,), channels=2))
@@ -147,6 +147,14 @@ def read_stream(data: bytes, strict: bool = False) -> ParsedStream:
 
     Raises StreamError if the data are no stream, from another version, damaged in header or base mesh, or end before
     the base mesh does. Damage in the features ends the reading there: see ParsedStream.corrupt, or StreamError if `strict`.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import DisplacedCoding, Header, encode_base, read_stream, write_displaced
+    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]]))
+    >>> data = write_displaced(Header(0, 8, 0, 2, 4, (0, 0, 0), 1.0, DisplacedCoding(0, 0, 22, 0, 0)), base, b"")
+    >>> read = read_stream(data)
+    >>> len(read.F0), read.truncated, read.base_bytes == len(data)
+    (2, False, True)
     """
     data = bytes(data)
     header, at, connectivity_bytes, position_bytes = _read_header(data)

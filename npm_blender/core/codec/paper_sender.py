@@ -1,4 +1,5 @@
 """The paper's own stream: a base mesh and the encoder's latents, the most important first (paper sections 3.2 and 3.3)."""
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,7 +100,7 @@ class PaperSender:
             return gain_order(flat, measured_gains(errors, self.feature_levels))
 
 
-def _most(count: int, fits) -> int:
+def _most(count: int, fits: Callable[[int], bool]) -> int:
     """The largest number up to `count` for which `fits`, which holds for fewer where it holds for more; else 0."""
     if fits(count):
         return count

@@ -35,25 +35,27 @@ from .admissibility import shape_holds
 from .border_corners import ALLOWED, REFUSED, corners_round, put_corners
 from .edge_collapse import collapse_edge, gather_stencil, link_condition_holds
 from .edge_heap import DEAD, REJECTED, take_edge
-from .edge_queue import enter, update
+from .edge_queue import LEAST, enter, update
 from .halfedge_mesh import is_border
 from .quadric import best_point
 
 FACES_LEFT, QUEUED, RANDOM, HAS_BORDER = range(4)  # entries of `counts`, see the module
 DONE, MORE, EMPTY = 0, 1, 2
 NEVER = -1
+SINGLE = 64.0  # times the dearest price so far: above it no collapse of a single face is taken for the sake of a number
 _CHOICES = 100  # a variant chooses among about this many of the cheapest edges
 _ROOM = MAX_RING + SPARE
 
 
 class Limits(NamedTuple):
     """Where the loop ends: at `target` faces, or after so many `collapses`, or from `enough` faces on when the cheapest edge
-    has a price above `dear`."""
+    has a price above `dear`. single: price of the collapse of a last single face at most; 0: SINGLE times that of the cheapest."""
 
     target: int
     collapses: int
     enough: int
     dear: float
+    single: float = 0.0
 
 
 class Scratch(NamedTuple):
@@ -172,11 +174,12 @@ def _choose(counts, size):
 @compiled
 def run_collapses(m, Q, queue, corners, record, scratch, counts, tests, limits):
     """Collapses up to the limits; DONE at the target or a price too dear, EMPTY when no edge passes, MORE otherwise (also where
-    the record is full). counts: see the module.
+    the record is full); and the dearest price that was paid. counts: see the module.
     """
     size = counts[QUEUED]
     done = 0
     status = MORE
+    dearest, single = 0.0, limits.single
     while True:
         if counts[FACES_LEFT] <= limits.target:
             status = DONE
@@ -193,6 +196,12 @@ def run_collapses(m, Q, queue, corners, record, scratch, counts, tests, limits):
         size = take_edge(queue.heap, queue.key, queue.place, e, REJECTED, size)
         only_border = counts[HAS_BORDER] != 0 and counts[FACES_LEFT] == limits.target + 1
         s = queue.stage[e]
+        price = tests.price[s] * (queue.error[e] + LEAST)
+        if only_border:
+            single = single if single > 0 else SINGLE * price
+            if price > single:
+                status = EMPTY
+                break
         removed, ring_size, i = _try(m, Q, e, corners, record, scratch, tests, s, only_border)
         if removed <= 0:
             if removed == 0 and s + 1 < len(tests.price):
@@ -201,12 +210,13 @@ def run_collapses(m, Q, queue, corners, record, scratch, counts, tests, limits):
                 queue.waiting[m.corner[m.start[e]]] = queue.waiting[m.corner[next_halfedge(m.start[e])]] = True
             continue
         done += 1
+        dearest = max(dearest, price)
         counts[FACES_LEFT] -= removed
         for q in range(3):
             size = take_edge(queue.heap, queue.key, queue.place, scratch.dead[q], DEAD, size)
         size = update(m, Q, queue, tests, scratch.ring, ring_size, i, size)
     counts[QUEUED] = size
-    return status
+    return status, dearest
 
 
 def needs_compiling() -> bool:

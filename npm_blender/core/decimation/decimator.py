@@ -9,7 +9,7 @@ from ..parallel import together
 from ..parameterization import CollapseRecord
 from .admissibility import TestColumns
 from .border_corners import Corners
-from .collapse_loop import FACES_LEFT, HAS_BORDER, QUEUED, RANDOM, Limits, Scratch, run_collapses
+from .collapse_loop import FACES_LEFT, HAS_BORDER, QUEUED, RANDOM, SINGLE, Limits, Scratch, run_collapses
 from .edge_heap import DEAD, REJECTED
 from .edge_queue import Queue, offer
 from .halfedge_mesh import HalfedgeMesh, connect_halfedges, opposites
@@ -55,7 +55,7 @@ class Decimator:
     """A decimation under way.
 
     mesh: as it is now; quadrics (n, 10) of its vertices; queue: its edges; corners: of its border; tests: what a collapse has
-    to pass; counts (4,) int64: see `collapse_loop`; record: the collapses so far.
+    to pass; counts (4,) int64: see `collapse_loop`; record: the collapses so far; dearest: the highest price that was paid.
     """
 
     mesh: HalfedgeMesh
@@ -65,6 +65,7 @@ class Decimator:
     tests: TestColumns
     counts: np.ndarray
     record: CollapseRecord
+    dearest: float = 0.0
 
     @staticmethod
     def of(mesh: TriMesh, tests: TestColumns, base_faces: int, variant: int) -> "Decimator":
@@ -98,5 +99,8 @@ class Decimator:
     def run(self, scratch: Scratch, limits: Limits) -> int:
         """`collapse_loop.run_collapses`, with room for its record: DONE, EMPTY or MORE."""
         self.record = self.record.with_room(max(self.faces - limits.target, 0) // 2 + 1)
-        return run_collapses(self.mesh, self.quadrics, self.queue, self.corners, self.record, scratch, self.counts, self.tests,
-                             limits)
+        limits = limits._replace(single=SINGLE * self.dearest)
+        status, price = run_collapses(self.mesh, self.quadrics, self.queue, self.corners, self.record, scratch, self.counts,
+                                      self.tests, limits)
+        self.dearest = max(self.dearest, price)
+        return status

@@ -78,9 +78,9 @@ def decimate(mesh: TriMesh, base_faces: int, variant: int = 0, progress: Progres
     them (see `face_bounds.face_advice`); without `room` handles get as few as they can do with.
     variant 0 takes the cheapest edge; k > 0 a random one among about 100 cheapest, seeded by k. A closed mesh has an
     even number of faces, so an odd target gives one face less; so does a target whose last single face is one that the border
-    needs. A large mesh is decimated by its regions first, side by side
-    (see `regions`). Deterministic, whatever the number of threads. Raises MeshError if the mesh is not an
-    oriented manifold, and whatever `progress` raises.
+    needs, or that would cost SINGLE times what any collapse before it did (half of a square that stands apart): a number of
+    faces is a wish. A large mesh is decimated by its regions first, side by side (see `regions`). Deterministic, whatever the
+    number of threads. Raises MeshError if the mesh is not an oriented manifold, and whatever `progress` raises.
 
     >>> import numpy as np
     >>> from npm_blender.core.decimation import decimate

@@ -2,4 +2,4 @@
 from .displaced_surface import DisplacedSurface, SurfaceLevels
 from .stencils import SMOOTHEST, Stencil, stencil_of
 
-__all__ = ["SMOOTHEST", "DisplacedSurface", "Stencil", "SurfaceLevels", "stencil_of"]
+__all__ = ["DisplacedSurface", "SMOOTHEST", "Stencil", "SurfaceLevels", "stencil_of"]

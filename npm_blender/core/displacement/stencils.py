@@ -25,7 +25,7 @@ class Stencil(NamedTuple):
     >>> from npm_blender.core.mesh import Level
     >>> step = stencil_of(Level.of(np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]), 4), smooth=0)  # midpoints
     >>> step.apply(2 * np.eye(4)[:, :3])[4:6].tolist()
-    [[1.0, 1.0, 0.0], [0.0, 1.0, 1.0]]
+    [[1.0, 1.0, 0.0], [1.0, 0.0, 1.0]]
     """
 
     own: np.ndarray

@@ -108,7 +108,7 @@ def test_what_is_no_surface_is_refused_in_one_line(name, worker):
 def test_damage_is_compressed_and_decoded(name):
     make, components, loops, _, _ = DIRTY[name]
     dirty = make()
-    settings = CompressSettings(lod=LodSettings(base_faces=60, levels=LEVELS), refine_steps=0)
+    settings = CompressSettings(lod=LodSettings(base_faces=60, levels=LEVELS))
     done = compress(dirty, settings)
     decoded = open_stream(done.data).decode()
     assert np.isfinite(decoded.V).all() and inspect(decoded).problems == ()
@@ -120,7 +120,7 @@ def test_damage_is_compressed_and_decoded(name):
 
 
 def test_parts_beyond_the_base_are_told_in_the_report():
-    done = compress(many_parts(30), CompressSettings(lod=LodSettings(base_faces=60, levels=1), refine_steps=0))
+    done = compress(many_parts(30), CompressSettings(lod=LodSettings(base_faces=60, levels=1)))
     assert any("31 separate parts of the mesh need at least" in m for m in done.report.messages)
 
 
