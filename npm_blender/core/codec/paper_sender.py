@@ -9,9 +9,9 @@ from ..geometry import ClosestPoints
 from ..levels import LodSequence
 from ..mesh import Level, TriMesh
 from ..network import FEATURES, NUMPY, MeshIndex, Weights, decode, encode
+from .base_too_large import BaseTooLarge
 from .importance import gain_order, magnitude_order, measured_gains, split_numbers
 from .quantization import latent_steps, position_bits_for, step_scale
-from .base_too_large import BaseTooLarge
 from .source_facts import SourceFacts
 from .stage_clock import StageClock
 

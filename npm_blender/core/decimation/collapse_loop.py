@@ -49,7 +49,8 @@ _ROOM = MAX_RING + SPARE
 
 class Limits(NamedTuple):
     """Where the loop ends: at `target` faces, or after so many `collapses`, or from `enough` faces on when the cheapest edge
-    has a price above `dear`. single: price of the collapse of a last single face at most; 0: SINGLE times that of the cheapest."""
+    has a price above `dear`. single: price of the collapse of a last single face at most; 0: SINGLE times that of the
+    cheapest."""
 
     target: int
     collapses: int

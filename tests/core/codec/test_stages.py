@@ -47,8 +47,9 @@ def test_a_base_without_levels_has_no_stages():
     assert count == 0 and read_stream(data, strict=True).header.levels == 0
 
 
-def test_a_small_mesh_is_its_own_base():
-    assert default_faces(target("closed")) == min(800, len(SHAPES["closed"].F))
+def test_a_mesh_of_few_faces_is_its_own_base():
+    small, large = target("closed"), Target(in_frame(bumpy(4), frame := lattice_frame(bumpy(4).V)), SourceFacts(frame, 0, 0))
+    assert default_faces(small) == len(small.mesh.F) and default_faces(large) < len(large.mesh.F)
 
 
 def errors_of(stream, source, seed=0):
