@@ -106,12 +106,12 @@ def _whole(target: Target, free: FreeBase, bits: int) -> Made:
 
 
 def _displaced(target: Target, settings: CompressSettings, faces: int, tell: Progress) -> Made | None:
-    """A displaced surface whose steps fill the budget."""
+    """A displaced surface whose steps fill the budget. Handles get the faces that show them where the budget pays for those."""
     budget, lod = settings.budget, settings.lod
     levels = lod.levels or levels_for(faces, len(target.mesh.F), 3 if faces < FEW else 2)
-    free = FreeBase(target, faces, levels, part(tell, 0, 0.4), room=lod.base_faces != AUTO)
-    base = free.rounded(settings.position_bits)
-    stages = Stages(target, base)
-    if len(stages.stream(stages.nothing(), 0)[0]) > budget:
-        return None
-    return OneStage(stages).filled(budget, part(tell, 0.4, 1))
+    for room in (True, False) if lod.base_faces != AUTO else (False,):
+        base = FreeBase(target, faces, levels, part(tell, 0, 0.4), room=room).rounded(settings.position_bits)
+        stages = Stages(target, base)
+        if len(stages.stream(stages.nothing(), 0)[0]) <= budget:
+            return OneStage(stages).filled(budget, part(tell, 0.4, 1))
+    return None

@@ -42,15 +42,14 @@ from .quadric import best_point
 FACES_LEFT, QUEUED, RANDOM, HAS_BORDER = range(4)  # entries of `counts`, see the module
 DONE, MORE, EMPTY = 0, 1, 2
 NEVER = -1
-SINGLE = 64.0  # times the dearest price so far: above it no collapse of a single face is taken for the sake of a number
+SINGLE = 64.0  # times the dearest price so far: above it no collapse of a single face is taken to reach a number
 _CHOICES = 100  # a variant chooses among about this many of the cheapest edges
 _ROOM = MAX_RING + SPARE
 
 
 class Limits(NamedTuple):
     """Where the loop ends: at `target` faces, or after so many `collapses`, or from `enough` faces on when the cheapest edge
-    has a price above `dear`. single: price of the collapse of a last single face at most; 0: SINGLE times that of the
-    cheapest."""
+    has a price above `dear`. single: the most that the collapse of a last single face may cost; 0: SINGLE times the cheapest."""
 
     target: int
     collapses: int

@@ -68,7 +68,7 @@ class DetailFit:
     >>> fit = DetailFit(Source(roof, 2000), surface, around(surface.hierarchy))
     >>> found = fit.stage(roof.V[:4], np.array([0.05, 0.05]), None, levels=1)
     >>> before, after = (fit.error(roof.V[:4], value * 0.05, 1000) for value in (np.zeros(9), found.value))
-    >>> bool(after < before / 2)
+    >>> bool(after < 0.6 * before)
     True
     """
 
