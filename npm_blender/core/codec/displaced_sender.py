@@ -9,6 +9,7 @@ from .target import Target
 
 DEFAULT_FACES = 800             # of a base: about 0.8 kB
 WHOLE = 1600                    # faces of a mesh that is its own base: a few kB
+ENOUGH = 2                      # levels of a smooth scheme
 STAGES = 14                     # at most
 BETTER = 0.98                   # a stage that leaves more than this of the error, and the next one, end the stream
 
@@ -39,14 +40,14 @@ def checked(target: Target, faces: int, levels: int, bits: int, most: int,
             progress: Progress = no_progress) -> tuple[Stages, str]:
     """A base of about so many faces with stages, of which no finer level is farther off than a coarser one; and a message.
 
-    Where a smooth scheme breaks that (large flat faces), new vertices are midpoints, which change nothing by themselves; where
-    details do, the levels that are farther off are left out.
+    The levels that are farther off are left out. Where a smooth scheme would leave few (large flat faces), new vertices are
+    midpoints, which change nothing by themselves.
     """
     for schemes in (SCHEMES, SCHEMES[:1]):
         free = FreeBase(target, faces, levels, part(progress, 0, 0.3), schemes=schemes)
         stages = staged(target, free.rounded(bits), most, part(progress, 0.3, 1))
         finest = stages.settle()
-        if finest == stages.base.surface.levels or not stages.base.surface.smooth:
+        if finest >= min(stages.base.surface.levels, ENOUGH) or not stages.base.surface.smooth:
             break
     if finest < stages.base.surface.levels:
         stages.leave_out(finest)

@@ -50,33 +50,44 @@ class Stages:
         return self.fit.error(self.base.V0, value * np.repeat(steps, np.diff(self.base.surface.first)), CHECKED)
 
     def add(self) -> float:
-        """One stage more: what is left of the error. A stage that does not help stays empty."""
+        """One stage more: what is left of the error. A stage that does not help stays empty, and so does its finest level."""
         surface, stage = self.base.surface, len(self.values)
         steps = self.coding(self.step, 1, 0).steps(surface.levels, stage)
         found = self.fit.stage(self.base.V0, steps, self._last, surface.levels,
                                passes=2 if stage < TWICE else 1)
-        error = self.error(found.value, steps)
+        kept = 2 * self.values[-1] if self.values else np.zeros_like(found.value)
+        found, error = self._without_finest(found, kept, steps)
         if error > self.errors[-1]:
-            kept = 2 * self.values[-1] if self.values else np.zeros_like(found.value)
             found, error = found._replace(value=kept), self.errors[-1]
         self._last = found
         self.values.append(found.value)
         self.errors.append(error)
         return error / max(self.errors[-2], 1e-12)
 
+    def _without_finest(self, found: StageFit, kept: np.ndarray, steps: np.ndarray) -> tuple[StageFit, float]:
+        """A stage and its error; without the changes of the finest level that has some, where these do not help."""
+        error, first = self.error(found.value, steps), self.base.surface.first
+        changed = np.flatnonzero(found.value != kept)
+        start = int(first[np.searchsorted(first, changed[-1], side="right") - 1]) if len(changed) else 0
+        if not start:
+            return found, error
+        fewer = found.value.copy()
+        fewer[start:] = kept[start:]
+        left = self.error(fewer, steps)
+        return (found._replace(value=fewer), left) if left <= error else (found, error)
+
     def settle(self) -> int:
         """Decide after which stage each level but the finest stays as it is, so that more numbers are never farther off; and
         return the finest level up to which none is farther off than the one below."""
         surface, first = self.base.surface, self.base.surface.first
         errors = np.empty((len(self.values) + 1, surface.levels + 1))
-        errors[:, -1] = self.errors
         for k in range(len(errors)):
             moves = np.zeros(int(first[-1]))
             if k:
                 steps = self.coding(self.step, 1, 0).steps(surface.levels, k - 1)
                 moves += self.values[k - 1] * np.repeat(steps, np.diff(first))
             X = surface.build(self.base.V0, moves).X
-            for level in range(surface.levels):
+            for level in range(surface.levels + 1):  # by as many samples, which then lie at the same places
                 shown = TriMesh(surface.shown_of(X, level), surface.hierarchy[level].F)
                 errors[k, level] = self.target.source.error(shown, CHECKED // 2)
         self.ends = tuple(_falling(errors[:, level]) for level in range(surface.levels))

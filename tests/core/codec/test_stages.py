@@ -10,6 +10,7 @@ from npm_blender.core.codec.displaced_sender import default_faces
 from npm_blender.core.codec.source_facts import SourceFacts, in_frame, lattice_frame
 from npm_blender.core.codec.stages import SAME, Stages, _falling
 from npm_blender.core.codec.target import Target
+from npm_blender.core.fitting import StageFit, default_rate
 from npm_blender.core.mesh import TriMesh
 from tests.core.codec.senders import free, stages, target
 from tests.core.codec.streams import SHAPES, opened
@@ -42,6 +43,16 @@ def test_the_stream_holds_the_integers_and_the_receiver_is_as_near_as_the_sender
     V = DisplacedDecoder(read).vertices(count, made.base.surface.levels)
     error = target(name).source.error(TriMesh(V, made.base.surface.hierarchy[-1].F), 20_000)
     assert error == pytest.approx(made.errors[-1], rel=1e-6)
+
+
+def test_the_finest_level_of_a_stage_is_left_out_where_it_does_harm():
+    made = Stages(target("closed"), free("closed", 60, 2).rounded(10))
+    kept, first = np.zeros(len(made.near), np.int64), made.base.surface.first
+    harm = kept.copy()
+    harm[first[2]:] = 40
+    steps = made.coding(made.step, 1, 0).steps(2, 0)
+    found, error = made._without_finest(StageFit(harm, default_rate(2), np.inf), kept, steps)
+    assert not found.value.any() and error == made.error(kept, steps)
 
 
 def test_a_base_without_levels_has_no_stages():
