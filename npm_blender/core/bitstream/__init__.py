@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     )
     from .container import EncodedBase, displaced_size, encode_base, read_stream, write_displaced, write_latents
     from .displacements import around, decode_displacements, encode_displacements
-    from .header import DisplacedCoding, DisplacedNumbers, Header, LatentCoding, LatentFeatures, ParsedStream
+    from .header import STEP_UNIT, DisplacedCoding, DisplacedNumbers, Header, LatentCoding, LatentFeatures, ParsedStream
     from .range_coder import (
         DECODE,
         ENCODE,
@@ -43,6 +43,7 @@ __all__ = [
     "MODE",
     "OrderedConnectivity",
     "ParsedStream",
+    "STEP_UNIT",
     "around",
     "canonical_order",
     "code_bit",
@@ -76,7 +77,7 @@ __getattr__, __dir__ = lazy_exports(__name__, {
                      "order_connectivity",),
     "container": ("EncodedBase", "displaced_size", "encode_base", "read_stream", "write_displaced", "write_latents",),
     "displacements": ("around", "decode_displacements", "encode_displacements",),
-    "header": ("DisplacedCoding", "DisplacedNumbers", "Header", "LatentCoding", "LatentFeatures", "ParsedStream",),
+    "header": ("STEP_UNIT", "DisplacedCoding", "DisplacedNumbers", "Header", "LatentCoding", "LatentFeatures", "ParsedStream",),
     "range_coder": ("DECODE", "ENCODE", "MODE", "code_bit", "code_raw", "code_signed", "code_unsigned", "finish_encoding",
                     "new_contexts", "new_weights", "range_decoder", "range_encoder",),
     "varint": ("read_varint", "write_varint",),

@@ -1,9 +1,10 @@
 """A displaced surface that is made for a size: one stage, whose step fills the bytes."""
 import numpy as np
 
+from ..bitstream import STEP_UNIT
 from ..fitting import StageFit, default_rate
 from ..progress import Progress, no_progress
-from .stages import STEP_UNIT, Made, Stages
+from .stages import Made, Stages
 
 AIM, FULL, TRIES = 0.988, 0.972, 4  # of a budget: what is aimed at, what is full, how often it is tried
 STAGES = 14                     # steps that are tried, each half as large as the one before

@@ -46,9 +46,11 @@ def _candidates(target: Target, settings: CompressSettings) -> Iterator[Callable
     budget, lod = settings.budget, settings.lod
     if lod.levels == AUTO:
         yield partial(_plain, target, settings)
-    faces = [lod.base_faces] if lod.base_faces != AUTO else [int(share * (budget - HEAD) / BYTES_PER_FACE) for share in SHARES]
-    for count in faces:
-        if count >= FEWEST and count < len(target.mesh.F):
+    most = len(target.mesh.F)
+    shares = [max(int(share * (budget - HEAD) / BYTES_PER_FACE), FEWEST) for share in SHARES]
+    faces = [lod.base_faces] if lod.base_faces != AUTO else shares
+    for count in sorted({min(count, most) for count in faces}, reverse=True):
+        if count < most or lod.levels != AUTO:  # the whole mesh has nothing to gain from levels but that they are asked for
             yield partial(_displaced, target, settings, count)
 
 

@@ -3,7 +3,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..bitstream import DisplacedCoding, Header, around, encode_displacements, write_displaced
+from ..bitstream import STEP_UNIT, DisplacedCoding, Header, around, encode_displacements, write_displaced
 from ..displacement import DisplacedSurface
 from ..fitting import DetailFit, StageFit
 from ..mesh import TriMesh
@@ -11,7 +11,6 @@ from .fitted_base import LEAST_ERROR, FittedBase
 from .target import CHECKED, Target
 
 GROWTH = 22                     # steps from level to level, over GROWTH_UNIT
-STEP_UNIT = 16
 SAME, NOT_WORSE = 1.01, 1.04    # errors of one level, and of two, that differ by less are the same: samples
 FIRST_STEP = 2.0                # step of level 0 in the first stage, over the error of the base
 TWICE = 4                       # stages of two passes, those after have one

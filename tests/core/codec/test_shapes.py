@@ -35,7 +35,7 @@ def length(mesh):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "settings"), [
-    pytest.param(name, kind, marks=pytest.mark.xfail(reason="5 times at one corner", strict=False))
+    pytest.param(name, kind, marks=pytest.mark.xfail(reason="5 times at one corner", strict=True))
     if (name, kind) == ("a lattice", "a size") else (name, kind) for name in TWO_SHEETS for kind in SETTINGS])
 def test_no_part_of_the_source_is_far_from_the_decoded_surface(name, settings):
     mesh, stream = decoded(name, settings)

@@ -90,3 +90,10 @@ def test_impossible_budgets_are_refused():
     for size in (-1, 1, 299, 10**10, True, 1000.0):
         with pytest.raises(SettingsError, match="Expected budget in bytes"):
             CompressSettings(budget=size)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lod", [LodSettings(levels=2), LodSettings(base_faces=5_000, levels=1)], ids=["levels", "both"])
+def test_levels_that_are_asked_for_are_had_where_the_budget_pays_for_the_whole_mesh(lod):
+    report = compress(bumpy(3), limited(8_000, lod), silent).report
+    assert (report.base_faces, report.levels) == (len(bumpy(3).F), lod.levels) and report.bytes <= 8_000
