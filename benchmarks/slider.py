@@ -153,7 +153,7 @@ def slow(times: list[float]) -> float:
 def described(drag: Drag, path: Path) -> dict:
     """What was measured."""
     return {"blender": bpy.app.version_string, "window": not bpy.app.background, "stream": path.name,
-            "faces": drag.state.stream_base_faces * 4 ** min(int(LEVEL), drag.state.level_count),
+            "faces": drag.state.shown_faces,
             "features": drag.state.total_features}
 
 

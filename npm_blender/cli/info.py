@@ -39,6 +39,7 @@ def describe(progressive) -> dict:
         "faces_per_level": [progressive.faces_at(level) for level in range(progressive.levels + 1)],
         "bytes": progressive.total_bytes,
         "base_bytes": progressive.base_bytes,
+        "rungs": [rung._asdict() for rung in progressive.rungs],
         "bytes_at": {str(n): progressive.bytes_for(n) for n in progressive.stops},
         "features": progressive.features,
         "total_features": progressive.total_features,
@@ -62,6 +63,8 @@ def as_text(path: Path, summary: dict, shortfall: str) -> str:
             f"{summary['position_bits']} bits per base coordinate",
             f"source: {summary['faces']:,} faces, {summary['vertices']:,} vertices",
             f"base: {summary['base_faces']:,} faces, {summary['base_bytes']:,} bytes",
+            *(f"from {rung['bytes']:,} bytes on: a base of {rung['base_faces']:,} faces, levels 0 to {rung['levels']}"
+              for rung in summary["rungs"][1:]),
             f"faces of levels 0 to {summary['levels']}: {', '.join(f'{n:,}' for n in summary['faces_per_level'])}",
             f"features: {arrived}",
             *([f"the file {shortfall}"] if shortfall else []),

@@ -39,7 +39,7 @@ class VIEW3D_PT_npmesh_preview(Sidebar, bpy.types.Panel):
                                 align=True)
         for level in range(state.level_count + 1):
             levels.prop_enum(state, "level", str(level),
-                             text=f"{level}: {short_count(state.stream_base_faces * 4 ** level)}")
+                             text=f"{level}: {short_count(state.meshes[level].faces)}")
         column = body.column(align=True)
         column.prop(state, "detail", slider=True)
         row = column.row(align=True)

@@ -5,7 +5,7 @@ from .. import bridge
 from . import smooth
 from .streams import progressive_of
 
-STAMP = "npmesh_shown"  # custom property of a level's mesh: stream and number of features that it holds
+STAMP = "npmesh_shown"  # custom property of a level's mesh: stream, rung and number of features that it holds
 
 
 def show(obj: bpy.types.Object) -> bool:
@@ -16,12 +16,13 @@ def show(obj: bpy.types.Object) -> bool:
     state, progressive = obj.npmesh, progressive_of(obj)
     level, features = min(int(state.level), progressive.levels), min(state.features, progressive.features)
     mesh = _level_mesh(obj, level)
-    stamp, stale = f"{state.digest}:{features}", False
-    F = progressive.level_faces(level)
+    of_rung = f"{state.digest}:{progressive.rung_at(features)}"
+    stamp, stale = f"{of_rung}:{features}", False
+    F = progressive.level_faces(level, features)
     if mesh.get(STAMP) != stamp:
         stale = True
         V = progressive.decode_positions(features, level)
-        if bridge.has_shape(mesh, len(V), len(F)):
+        if str(mesh.get(STAMP)).rpartition(":")[0] == of_rung and bridge.has_shape(mesh, len(V), len(F)):
             bridge.write_positions(mesh, V)
         else:
             bridge.build(mesh, V, F)
@@ -29,6 +30,8 @@ def show(obj: bpy.types.Object) -> bool:
         mesh[STAMP] = stamp
     if obj.data != mesh:
         obj.data = mesh
+    for k, item in enumerate(state.meshes):
+        item.faces = progressive.faces_at(k, features)
     state.shown_faces, state.shown_bytes, state.problem = len(F), progressive.bytes_for(features), ""
     return stale
 
@@ -37,7 +40,8 @@ def is_shown(obj: bpy.types.Object) -> bool:
     """Whether the object's mesh is what its properties say, as far as the stamp tells."""
     state, mesh = obj.npmesh, obj.data
     level = int(state.level)
-    return (mesh.get(STAMP) == f"{state.digest}:{state.features}"
+    of_stream, _, features = str(mesh.get(STAMP)).rpartition(":")
+    return (of_stream.startswith(f"{state.digest}:") and features == str(state.features)
             and level < len(state.meshes) and state.meshes[level].mesh == mesh)
 
 

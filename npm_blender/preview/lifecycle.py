@@ -27,7 +27,7 @@ def set_stream(obj: bpy.types.Object, received: "StoredStream") -> None:
         state.shading, state.smooth_angle = smooth.read(state.source)
     storage.pack(obj, received)
     state.is_preview = False  # no updates before all is set
-    state.digest, state.level_count, state.stream_base_faces = digest, progressive.levels, progressive.base_faces
+    state.digest, state.level_count = digest, progressive.levels
     state.total_features, state.arrived_features = progressive.total_features, progressive.features
     state.shortfall = progressive.shortfall
     state.stream_bytes, state.base_bytes = progressive.total_bytes, progressive.base_bytes

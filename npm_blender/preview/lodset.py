@@ -86,7 +86,7 @@ def make(obj: bpy.types.Object, name: str, convention: Convention, pattern: str,
 def _level(obj: bpy.types.Object, progressive: "ProgressiveMesh", level: int, features: int, name: str,
            collection: bpy.types.Collection) -> bpy.types.Object:
     mesh = bpy.data.meshes.new(name)
-    bridge.build(mesh, progressive.decode_positions(features, level), progressive.level_faces(level))
+    bridge.build(mesh, progressive.decode_positions(features, level), progressive.level_faces(level, features))
     smooth.write(mesh, obj.npmesh.shading, obj.npmesh.smooth_angle)
     for material in obj.data.materials:
         mesh.materials.append(material)

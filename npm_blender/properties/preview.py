@@ -28,6 +28,7 @@ class NpmLevelMesh(bpy.types.PropertyGroup):
     """The mesh of one level of a preview; none until the level is first shown."""
 
     mesh: PointerProperty(type=bpy.types.Mesh, description="The mesh of this level")
+    faces: IntProperty(description="Faces of this level with the features that are used")
 
 
 class PreviewProperties:
@@ -42,7 +43,6 @@ class PreviewProperties:
     source: PointerProperty(type=bpy.types.Object, description="The compressed object; none for an opened file")
     meshes: CollectionProperty(type=NpmLevelMesh, description="One mesh for each level")
     level_count: IntProperty(description="Levels above the base")
-    stream_base_faces: IntProperty(description="Faces of the base mesh of the stream")
     total_features: IntProperty(description="Features that the stream promises")
     arrived_features: IntProperty(description="Features that are there; fewer if the file was cut off or is damaged")
     shortfall: StringProperty(description="What is wrong with a stream that was cut off or is damaged")

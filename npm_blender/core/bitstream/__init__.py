@@ -12,9 +12,18 @@ if TYPE_CHECKING:
         encode_connectivity,
         order_connectivity,
     )
-    from .container import EncodedBase, displaced_size, encode_base, read_stream, write_displaced, write_latents
+    from .container import EncodedBase, Rung, encode_base, read_stream, write_displaced, write_ladder, write_latents
     from .displacements import around, decode_displacements, encode_displacements
-    from .header import STEP_UNIT, DisplacedCoding, DisplacedNumbers, Header, LatentCoding, LatentFeatures, ParsedStream
+    from .header import (
+        BASE_NUMBERS,
+        STEP_UNIT,
+        DisplacedCoding,
+        DisplacedNumbers,
+        Header,
+        LatentCoding,
+        LatentFeatures,
+        ParsedStream,
+    )
     from .range_coder import (
         DECODE,
         ENCODE,
@@ -29,9 +38,11 @@ if TYPE_CHECKING:
         range_decoder,
         range_encoder,
     )
+    from .sharp_coding import decode_sharp, encode_sharp
     from .varint import read_varint, write_varint
 
 __all__ = [
+    "BASE_NUMBERS",
     "DECODE",
     "DisplacedCoding",
     "DisplacedNumbers",
@@ -43,6 +54,7 @@ __all__ = [
     "MODE",
     "OrderedConnectivity",
     "ParsedStream",
+    "Rung",
     "STEP_UNIT",
     "around",
     "canonical_order",
@@ -53,11 +65,12 @@ __all__ = [
     "decode_connectivity",
     "decode_displacements",
     "decode_positions",
-    "displaced_size",
+    "decode_sharp",
     "encode_base",
     "encode_connectivity",
     "encode_displacements",
     "encode_positions",
+    "encode_sharp",
     "finish_encoding",
     "new_contexts",
     "new_weights",
@@ -68,6 +81,7 @@ __all__ = [
     "read_stream",
     "read_varint",
     "write_displaced",
+    "write_ladder",
     "write_latents",
     "write_varint",
 ]
@@ -75,10 +89,12 @@ __getattr__, __dir__ = lazy_exports(__name__, {
     "base_positions": ("decode_positions", "encode_positions", "quantize_positions",),
     "connectivity": ("OrderedConnectivity", "canonical_order", "decode_connectivity", "encode_connectivity",
                      "order_connectivity",),
-    "container": ("EncodedBase", "displaced_size", "encode_base", "read_stream", "write_displaced", "write_latents",),
+    "container": ("EncodedBase", "Rung", "encode_base", "read_stream", "write_displaced", "write_ladder", "write_latents",),
     "displacements": ("around", "decode_displacements", "encode_displacements",),
-    "header": ("STEP_UNIT", "DisplacedCoding", "DisplacedNumbers", "Header", "LatentCoding", "LatentFeatures", "ParsedStream",),
+    "header": ("BASE_NUMBERS", "STEP_UNIT", "DisplacedCoding", "DisplacedNumbers", "Header", "LatentCoding", "LatentFeatures",
+               "ParsedStream",),
     "range_coder": ("DECODE", "ENCODE", "MODE", "code_bit", "code_raw", "code_signed", "code_unsigned", "finish_encoding",
                     "new_contexts", "new_weights", "range_decoder", "range_encoder",),
+    "sharp_coding": ("decode_sharp", "encode_sharp",),
     "varint": ("read_varint", "write_varint",),
 })

@@ -29,11 +29,13 @@ def with_checksums(payload: bytes, crc: int) -> bytes:
 
 
 class Arrived(NamedTuple):
-    """What of a payload has arrived: its bytes; whether that is not all; what is wrong with the next chunk, or None."""
+    """What of a payload has arrived: its bytes; whether that is not all; what is wrong with the next chunk, or None; where it
+    ends, if it is whole."""
 
     payload: bytes
     truncated: bool
     corrupt: str | None
+    end: int = 0
 
 
 def arrived(data: bytes, at: int, size: int, crc: int) -> Arrived:
@@ -51,11 +53,4 @@ def arrived(data: bytes, at: int, size: int, crc: int) -> Arrived:
             where = at - (end - start)
             return Arrived(b"".join(out[:-1]), False, f"Expected intact numbers from byte {where} on, found a wrong checksum")
         at, start = at + CRC_BYTES, end
-    wrong = None if at == len(data) else f"Expected the end of the file at byte {at}, found {len(data) - at} bytes more"
-    return Arrived(b"".join(out), False, wrong)
-
-
-def framed_size(payload: int, size: int) -> int:
-    """Bytes that the first `payload` bytes of a payload of `size` take with the checksums before them; all if it is whole."""
-    ends = chunk_ends(size)
-    return payload + CRC_BYTES * sum(end < payload or end == payload == size for end in ends)
+    return Arrived(b"".join(out), False, None, at)

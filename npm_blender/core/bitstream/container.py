@@ -2,21 +2,25 @@
 
 Every prefix that holds the base mesh is a valid stream of fewer features.
 """
-import struct
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import accumulate
 from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
 
 from ..errors import StreamError
-from ..mesh import hierarchy, opposite_halfedges
+from ..mesh import Level, Sharp, hierarchy, opposite_halfedges
 from .base_positions import decode_positions, encode_positions
-from .chunks import CRC_BYTES, arrived, chunk_ends, framed_size, with_checksums
+from .chunks import CRC_BYTES, arrived, chunk_ends, with_checksums
 from .connectivity import decode_connectivity, encode_connectivity
 from .displacements import around, decode_displacements
 from .header import (
+    BASE_NUMBERS,
     MAX_LEVEL_FACES,
     MAX_NUMBERS,
+    MAX_RUNGS,
     DisplacedCoding,
     DisplacedNumbers,
     Header,
@@ -25,20 +29,17 @@ from .header import (
     ParsedStream,
     check_header,
 )
+from .heads import BaseSizes, read_head, write_head
 from .packet_encoder import encode_packets
 from .packets import Features, read_packets
+from .sharp_coding import decode_sharp, encode_sharp
 from .significance import faces_of
-from .varint import read_varint, write_varint
 
-MAGIC = b"\x8aNPM"
-VERSION = 4                     # 1 to 3 came before the first release
-_MAX_BASE_BYTES = 1 << 26       # connectivity and positions of the largest base mesh stay far below
-_CRC_BYTES = 4                  # behind the base mesh
-_LATENTS, _WIDE, _FLAGS = 1, 2, 3  # flags: the features are latents; the corner is float64
+_CRC_BYTES = 4                  # behind a base mesh
 
 
 class EncodedBase(NamedTuple):
-    """A coded base mesh: faces F0 (m0, 3) in `canonical_order`; bytes of its connectivity and of its positions.
+    """A coded base mesh: faces F0 (m0, 3) in `canonical_order`; bytes of its connectivity, positions, creases and corners.
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import EncodedBase, encode_connectivity, encode_positions
@@ -51,10 +52,11 @@ class EncodedBase(NamedTuple):
     F0: np.ndarray
     connectivity: bytes
     positions: bytes
+    sharp: bytes = b""
 
 
-def encode_base(grid: np.ndarray, F0: np.ndarray, connectivity: bytes | None = None) -> EncodedBase:
-    """Code a base mesh: grid (n0, 3), lattice positions; F0 (m0, 3) in `canonical_order`.
+def encode_base(grid: np.ndarray, F0: np.ndarray, connectivity: bytes | None = None, sharp: Sharp | None = None) -> EncodedBase:
+    """Code a base mesh: grid (n0, 3), lattice positions; F0 (m0, 3) in `canonical_order`; sharp: its creases and corners.
 
     connectivity: the bytes of F0, where they are at hand (`order_connectivity`). Raises MeshError if something is out of
     range, or if F0 is in another order.
@@ -65,31 +67,34 @@ def encode_base(grid: np.ndarray, F0: np.ndarray, connectivity: bytes | None = N
     >>> len(base.connectivity)
     5
     """
-    return EncodedBase(F0, encode_connectivity(F0) if connectivity is None else connectivity, encode_positions(grid, F0))
+    return EncodedBase(F0, encode_connectivity(F0) if connectivity is None else connectivity, encode_positions(grid, F0),
+                       encode_sharp(sharp, grid, Level.of(F0, len(grid))) if sharp else b"")
 
 
-def _body(header: Header, base: EncodedBase) -> bytes:
-    """Header and base mesh, with their checksums."""
-    coding, place = header.coding, np.array(header.low)
-    wide = bool((place.astype(np.float32) != place).any())
-    if isinstance(coding, LatentCoding):
-        latent, smooth, name = True, 0, coding.model_id.encode("ascii")
-        said = [bytes([len(name)]), name, coding.weights_hash, bytes([coding.channels]), np.array(coding.steps, "<f4").tobytes()]
-    else:
-        latent, smooth = False, coding.smooth
-        said = [write_varint(coding.step), bytes([coding.growth, coding.stages]), write_varint(coding.payload),
-                bytes(coding.ends)]
-    head = b"".join([
-        MAGIC, bytes([VERSION, latent * _LATENTS + wide * _WIDE, header.position_bits, header.levels << 4 | smooth]),
-        *map(write_varint, (header.total_features, header.source_faces, header.source_vertices)),
-        place.astype("<f8" if wide else "<f4").tobytes(), struct.pack("<f", header.size), *said,
-        *map(write_varint, (len(base.connectivity), len(base.positions)))])
-    body = head + (crc32(head) & 0xFFFF).to_bytes(2, "big") + base.connectivity + base.positions
-    return body + crc32(body).to_bytes(_CRC_BYTES, "big")
+def _body(header: Header, base: EncodedBase, before: int | None = None) -> bytes:
+    """Head and base mesh of a rung, with their checksums; before: that of the base before, None for the first."""
+    sizes = BaseSizes(len(base.connectivity), len(base.positions), len(base.sharp))
+    body = write_head(header, sizes, before) + base.connectivity + base.positions + base.sharp
+    return body + crc32(body, before or 0).to_bytes(_CRC_BYTES, "big")
+
+
+class Rung(NamedTuple):
+    """A rung to be written: header; base; payload: from `encode_displacements`, as long as `header.coding` says.
+
+    >>> import numpy as np
+    >>> from npm_blender.core.bitstream import *  # all of the room
+    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), np.array([[0, 1, 2], [3, 1, 0]]))
+    >>> Rung(Header(0, 8, 0, 2, 4, (0, 0, 0), 1.0, DisplacedCoding(0, 0, 22, 0, 0)), base, b"").payload
+    b''
+    """
+
+    header: Header
+    base: EncodedBase
+    payload: bytes
 
 
 def write_displaced(header: Header, base: EncodedBase, payload: bytes) -> bytes:
-    """A whole stream of a displaced surface; payload: from `encode_displacements`, as long as `header.coding` says.
+    """A whole stream of one displaced surface; payload: from `encode_displacements`, as long as `header.coding` says.
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import *  # all of the room
@@ -99,22 +104,30 @@ def write_displaced(header: Header, base: EncodedBase, payload: bytes) -> bytes:
     >>> read_stream(write_displaced(header, base, b"")).grid.tolist()
     [[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]
     """
-    body = _body(header, base)
-    return body + with_checksums(payload, int.from_bytes(body[-_CRC_BYTES:], "big") & 0xFFFF)
+    return write_ladder([Rung(header, base, payload)])
 
 
-def displaced_size(header: Header, base: EncodedBase, payload: int) -> int:
-    """Bytes of a whole stream whose payload has so many.
+def write_ladder(rungs: Sequence[Rung]) -> bytes:
+    """A stream of rungs, each finer than the one before; their headers say how many features they have themselves.
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import *  # all of the room
-    >>> F0 = np.array([[0, 1, 2], [3, 1, 0]])
-    >>> base = encode_base(np.array([[0, 0, 0], [9, 0, 0], [0, 9, 0], [9, 9, 0]]), F0)
     >>> header = Header(0, 8, 0, 2, 4, (0, 0, 0), 1.0, DisplacedCoding(0, 0, 22, 0, 0))
-    >>> displaced_size(header, base, payload=0) == len(write_displaced(header, base, b""))
-    True
+    >>> F0 = np.array([[0, 1, 2], [3, 1, 0]])
+    >>> bases = [encode_base(size * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]), F0) for size in (9, 10)]
+    >>> read = read_stream(write_ladder([Rung(header, base, b"") for base in bases]))
+    >>> read.header.total_features, read.finer.grid[3].tolist()  # the coordinates of the second base count
+    (12, [10, 10, 0])
     """
-    return len(_body(header, base)) + framed_size(payload, payload)
+    features = [rung.header.total_features + (BASE_NUMBERS * (int(rung.base.F0.max()) + 1) if place else 0)
+                for place, rung in enumerate(rungs)]
+    out, crc = b"", None
+    for place, (header, base, payload) in enumerate(rungs):
+        header = replace(header, total_features=sum(features[place:]), followed=place + 1 < len(rungs))
+        body = _body(header, base, crc)
+        crc = int.from_bytes(body[-_CRC_BYTES:], "big")
+        out += body + with_checksums(payload, crc & 0xFFFF)
+    return out
 
 
 def write_latents(header: Header, base: EncodedBase, features: LatentFeatures) -> bytes:
@@ -157,24 +170,70 @@ def read_stream(data: bytes, strict: bool = False) -> ParsedStream:
     (2, False, True)
     """
     data = bytes(data)
-    header, at, connectivity_bytes, position_bytes = _read_header(data)
-    middle = at + connectivity_bytes
-    end = middle + position_bytes
+    parsed = _read_rung(data, 0, None)
+    wrong = next((rung.corrupt for rung in parsed.rungs if rung.corrupt), None)
+    if strict and wrong:
+        raise StreamError(wrong)
+    return parsed
+
+
+class _Below(NamedTuple):
+    """What is below a later rung: first, the header that begins the stream; crc of the last base; how many rungs."""
+
+    first: Header
+    crc: int
+    rungs: int
+
+
+def _read_rung(data: bytes, at: int, below: _Below | None) -> ParsedStream:
+    """The rung at an offset and those behind it; below: None for the first.
+
+    Raises StreamError as `read_stream`, EOFError where the data end before the base of a later rung does.
+    """
+    header, sizes, middle = read_head(data, at, below.first, below.crc) if below else read_head(data, at)
+    _, positions, sharp, end = accumulate(sizes, initial=middle)
     start = end + _CRC_BYTES
     if len(data) < start:
+        if below:
+            raise EOFError
         raise StreamError(f"Expected at least {start} bytes (the base mesh), found {len(data)}; "
                           "get the rest of the file")
-    crc = crc32(data[:end])
+    crc = crc32(data[at:end], below.crc if below else 0)
     if crc != int.from_bytes(data[end:start], "big"):
         raise StreamError("Expected an intact base mesh, found a wrong checksum; the file is corrupted, get it again")
-    F0 = decode_connectivity(data[at:middle])
+    F0 = decode_connectivity(data[middle:positions])
     _check_size(len(F0), header)
-    grid = decode_positions(data[middle:end], F0)
-    read = _read_latents if isinstance(header.coding, LatentCoding) else _read_displaced
-    parsed = read(data, start, header, grid, F0, crc & 0xFFFF)
-    if strict and parsed.corrupt:
-        raise StreamError(parsed.corrupt)
-    return parsed
+    grid = decode_positions(data[positions:sharp], F0)
+    if isinstance(header.coding, LatentCoding):
+        return _read_latents(data, start, header, grid, F0, crc & 0xFFFF)
+    folds = decode_sharp(data[sharp:end], grid, Level.of(F0, len(grid)))
+    parsed, behind = _read_displaced(data, start, header, grid, F0, crc & 0xFFFF)
+    here = _Below(below.first if below else header, crc, below.rungs + 1 if below else 1)
+    return _with_finer(data, behind, replace(parsed, sharp=folds), here)
+
+
+def _with_finer(data: bytes, at: int, parsed: ParsedStream, below: _Below) -> ParsedStream:
+    """A rung with what follows it, whose offset is `at`, 0 where it has not arrived; below: what is below that."""
+    header, finer, wrong = parsed.header, None, parsed.corrupt
+    truncated = parsed.truncated
+    if at and header.followed:
+        try:
+            check_header(below.rungs < MAX_RUNGS, f"at most {MAX_RUNGS} rungs", MAX_RUNGS + 1)
+            finer = _read_rung(data, at, below)
+        except EOFError:
+            truncated = True
+        except StreamError as error:
+            wrong = str(error)
+    elif at and at < len(data):
+        wrong = f"Expected the end of the file at byte {at}, found {len(data) - at} bytes more"
+    if at and not wrong and (finer or not header.followed):
+        own = header.total_features - (finer.header.total_features if finer else 0)
+        own -= 0 if below.rungs == 1 else BASE_NUMBERS * len(parsed.grid)
+        if own != parsed.features:
+            wrong = f"Expected {own} numbers, found {parsed.features}"
+    if at and parsed.features:  # what is behind the last number belongs to it
+        parsed.ends[1][-1] = at
+    return replace(parsed, finer=finer, corrupt=wrong, truncated=truncated)
 
 
 def _read_latents(data: bytes, start: int, header: Header, grid: np.ndarray, F0: np.ndarray, crc: int) -> ParsedStream:
@@ -185,7 +244,9 @@ def _read_latents(data: bytes, start: int, header: Header, grid: np.ndarray, F0:
                         (packets.features, packets.bytes), start, packets.truncated, packets.corrupt)
 
 
-def _read_displaced(data: bytes, start: int, header: Header, grid: np.ndarray, F0: np.ndarray, crc: int) -> ParsedStream:
+def _read_displaced(data: bytes, start: int, header: Header, grid: np.ndarray, F0: np.ndarray,
+                    crc: int) -> tuple[ParsedStream, int]:
+    """A rung alone, and the offset behind it, 0 if it has not arrived whole."""
     coding = header.coding
     assert isinstance(coding, DisplacedCoding)
     found = arrived(data, start, coding.payload, crc)
@@ -198,15 +259,10 @@ def _read_displaced(data: bytes, start: int, header: Header, grid: np.ndarray, F
     # bytes of the payload, and with the checksums between them
     ends = np.array(chunk_ends(coding.payload), np.int64)
     at = start + coded.ends + CRC_BYTES * np.searchsorted(ends, coded.ends)
-    whole = coded.numbers == header.total_features
-    if whole and coded.numbers and len(found.payload) == coding.payload:
-        at[-1] = len(data)
-    wrong = found.corrupt
-    if not wrong and len(found.payload) == coding.payload and not whole:
-        wrong = f"Expected {header.total_features} numbers, found {coded.numbers}"
     arrived_numbers = np.minimum(np.arange(len(at)) * coded.group, coded.numbers)
-    return ParsedStream(header, grid, F0, DisplacedNumbers(coded.table, coded.coded), (arrived_numbers, at), start,
-                        found.truncated, wrong)
+    parsed = ParsedStream(header, grid, F0, DisplacedNumbers(coded.table, coded.coded), (arrived_numbers, at), start,
+                          found.truncated, found.corrupt)
+    return parsed, found.end
 
 
 def _finest_vertices(F0: np.ndarray, n: int, levels: int) -> int:
@@ -223,63 +279,3 @@ def _check_size(faces: int, header: Header) -> None:
     if total > 4 * MAX_LEVEL_FACES:
         raise StreamError(f"Expected at most {4 * MAX_LEVEL_FACES} faces in all levels, found {total}; "
                           "use fewer base faces or levels")
-
-
-def _read_header(data: bytes) -> tuple[Header, int, int, int]:
-    """Header, offset of the connectivity, bytes of connectivity, bytes of positions."""
-    if not data:
-        raise StreamError("Expected an .npmesh stream, found no data; the file is empty")
-    if not data.startswith(MAGIC[:len(data)]):
-        raise StreamError(f"Expected an .npmesh stream, found {data[:4]!r} at its start; this is another kind of file")
-    if len(data) > len(MAGIC) and data[len(MAGIC)] != VERSION:
-        found = data[len(MAGIC)]
-        what = "update the extension" if found > VERSION else "it was made before the first release, compress the original again"
-        raise StreamError(f"Expected format version {VERSION}, found {found}; {what}")
-    try:
-        return _header_fields(data)
-    except EOFError:
-        raise StreamError(f"Expected a whole header, found the end of the file after {len(data)} bytes; "
-                          "get the rest of the file") from None
-
-
-def _header_fields(data: bytes) -> tuple[Header, int, int, int]:
-    """As `_read_header`. Raises EOFError if the data end inside the header."""
-    at = len(MAGIC)
-
-    def take(count: int) -> bytes:
-        nonlocal at
-        if at + count > len(data):
-            raise EOFError
-        at += count
-        return data[at - count:at]
-
-    def number() -> int:
-        nonlocal at
-        value, at = read_varint(data, at)
-        return value
-
-    _, flags, bits, shape = take(4)
-    counts = number(), number(), number()
-    low = np.frombuffer(take(24 if flags & _WIDE else 12), "<f8" if flags & _WIDE else "<f4").astype(np.float64)
-    (size,) = struct.unpack("<f", take(4))
-    levels = shape >> 4
-    latent: tuple = ()
-    displaced: tuple = ()
-    if flags & _LATENTS:
-        (length,) = take(1)
-        latent = take(length).decode("ascii", "replace"), take(8), take(1)[0], np.frombuffer(take(4 * levels), "<f4")
-    else:
-        displaced = shape & 15, number(), *take(2), number(), tuple(take(levels))
-    sizes = number(), number()
-    head = at
-    if int.from_bytes(take(2), "big") != crc32(data[:head]) & 0xFFFF:
-        raise StreamError("Expected an intact header, found a wrong checksum; the file is corrupted, get it again")
-    check_header(flags <= _FLAGS, "known flags", flags)
-    check_header(sum(sizes) <= _MAX_BASE_BYTES, f"a base mesh of at most {_MAX_BASE_BYTES} bytes", sum(sizes))
-    if latent:
-        name, digest, channels, steps = latent
-        coding: DisplacedCoding | LatentCoding = LatentCoding(name, digest, tuple(map(float, steps)), channels)
-    else:
-        coding = DisplacedCoding(*displaced)
-    x, y, z = map(float, low)
-    return Header(levels, bits, *counts, (x, y, z), size, coding), at, *sizes

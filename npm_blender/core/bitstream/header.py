@@ -5,14 +5,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import StreamError
-from ..mesh import UnitFrame
+from ..mesh import Sharp, UnitFrame
 
 MIN_BITS, MAX_BITS = 4, 20      # of a coordinate of the base mesh
 MAX_LEVELS, MAX_CHANNELS, MAX_NAME, MAX_STAGES = 8, 32, 32, 24
+MAX_RUNGS = 8
 MAX_LEVEL_FACES = 1 << 24       # faces of all levels together
 MAX_NUMBERS = 1 << 25           # integers of all stages together
 MAX_SOURCE = 1 << 40            # faces and vertices of the source: only shown, never allocated
 STEP_UNIT, GROWTH_UNIT, SMOOTHEST = 16, 16, 8
+BASE_NUMBERS = 3                # features that a vertex of a later base counts for: its coordinates
 
 
 @dataclass(frozen=True)
@@ -79,10 +81,11 @@ class LatentCoding:
 class Header:
     """What a stream says about itself.
 
-    levels: subdivisions of the base; position_bits: lattice step 2**-bits in the unit frame; total_features: of the whole
-    stream, arrived or not: numbers of a displaced surface, or latents; source_faces, source_vertices: of the mesh that was
-    compressed; low, size: unit frame to object space: the corner that the lattice starts from, and the unit; coding: of the
-    features. Raises StreamError if a field is out of range.
+    levels: subdivisions of the base; position_bits: lattice step 2**-bits in the unit frame; total_features: of this rung and
+    all that follow, arrived or not: latents, or numbers of displaced surfaces and coordinates of all bases but the first;
+    source_faces, source_vertices: of the mesh that was compressed; low, size: unit frame to object space: the corner that the
+    lattice starts from, and the unit; coding: of the features; followed: whether a finer rung comes behind. Raises StreamError if
+    a field is out of range.
 
     >>> from npm_blender.core.bitstream import DisplacedCoding, Header
     >>> coding = DisplacedCoding(smooth=8, step=128, growth=22, stages=0, payload=0, ends=(0, 0))
@@ -99,6 +102,7 @@ class Header:
     low: tuple[float, float, float]
     size: float
     coding: DisplacedCoding | LatentCoding
+    followed: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "low", tuple(float(c) for c in self.low))
@@ -161,12 +165,13 @@ class DisplacedNumbers:
 
 @dataclass(frozen=True)
 class ParsedStream:
-    """A stream as far as it has arrived.
+    """A stream, or a rung of one, as far as it has arrived.
 
     grid (n0, 3) int64: base positions on the lattice; F0 (m0, 3) int32; details: the features that arrived, of the kind of
     `header.coding`; ends: (features, bytes), int64 (p + 1,) each: features that have arrived with so many bytes of the file,
     from the base mesh on; base_bytes: offset behind the base mesh; truncated: the data end before the last promised
-    feature; corrupt: what damage ended the reading, or None.
+    feature; corrupt: what damage ended the reading, or None; sharp: creases and corners of the base, or None; finer:
+    the next rung.
 
     >>> import numpy as np
     >>> from npm_blender.core.bitstream import DisplacedCoding, DisplacedNumbers, Header, ParsedStream
@@ -184,6 +189,13 @@ class ParsedStream:
     base_bytes: int
     truncated: bool
     corrupt: str | None
+    sharp: Sharp | None = None
+    finer: "ParsedStream | None" = None
+
+    @property
+    def rungs(self) -> list["ParsedStream"]:
+        """This rung and all finer ones, as far as their bases have arrived."""
+        return [self, *(self.finer.rungs if self.finer else ())]
 
     @property
     def V0(self) -> np.ndarray:
@@ -192,5 +204,5 @@ class ParsedStream:
 
     @property
     def features(self) -> int:
-        """How many have arrived."""
+        """How many of this rung have arrived."""
         return int(self.ends[0][-1])

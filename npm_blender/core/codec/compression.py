@@ -11,8 +11,8 @@ from ..levels import build_levels
 from ..mesh import TriMesh, hierarchy
 from ..network import load_weights
 from ..progress import Progress, no_progress, noted
-from ..settings import PAPER, PAPER_FACES, PAPER_LEVELS, CompressSettings, LodSettings
-from .displaced_sender import checked, default_faces
+from ..settings import AUTO, PAPER, PAPER_FACES, PAPER_LEVELS, CompressSettings, LodSettings
+from .displaced_sender import Ladder, default_faces, ladder, one_rung
 from .paper_sender import PaperSender, Sequence
 from .size_search import best_for
 from .source_facts import SourceFacts, in_frame, lattice_frame
@@ -110,16 +110,20 @@ def _displaced(unit: TriMesh, facts: SourceFacts, settings: CompressSettings, cl
         report(0.0, "Fitting")
         target = Target(unit, facts)
         if settings.budget:
-            made = best_for(target, settings, report)
-            return _Sent(made.data, made.features, len(made.base.surface.F0), made.base.surface.levels, "")
+            best = best_for(target, settings, report)
+            return _Sent(best.data, best.features, len(best.base.surface.F0), best.base.surface.levels, "")
         lod = settings.lod
-        faces = lod.base_faces or default_faces(target)
         most = min(max(BYTES_PER_FACE * len(unit.F), LEAST_BYTES), MOST_BYTES)
-        stages, message = checked(target, faces, lod.levels, settings.position_bits, most, report)
+        if lod.base_faces == lod.levels == AUTO:
+            made = ladder(target, settings.position_bits, most, report)
+        else:  # numbers are obeyed
+            faces = lod.base_faces or default_faces(target)
+            made = Ladder(*one_rung(target, faces, lod.levels, settings.position_bits, most, report))
     with clock.stage("write") as report:
         report(0.0, "Writing")
-        data, count = stages.stream(stages.table, stages.step)
-    return _Sent(data, count, len(stages.base.surface.F0), stages.base.surface.levels, message)
+        data, count = made.stream()
+    surfaces = [stages.base.surface for stages in made.rungs]
+    return _Sent(data, count, len(surfaces[0].F0), max(surface.levels for surface in surfaces), made.message)
 
 
 def _paper(unit: TriMesh, facts: SourceFacts, settings: CompressSettings, clock: StageClock) -> _Sent:

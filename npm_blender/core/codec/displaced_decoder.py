@@ -14,7 +14,8 @@ class DisplacedDecoder:
         coding, details = stream.header.coding, stream.details
         assert isinstance(coding, DisplacedCoding) and isinstance(details, DisplacedNumbers)
         levels = stream.header.levels
-        self._surface = DisplacedSurface(stream.F0, len(stream.grid), levels, coding.smooth)
+        self._surface = DisplacedSurface(stream.F0, len(stream.grid), levels, coding.smooth, stream.sharp)
+        self.features = stream.features  # that have arrived
         self._V0, self._table = stream.V0, details.table
         self._steps = np.stack([np.repeat(coding.steps(levels, s), np.diff(self._surface.first)) for s in range(coding.stages)]
                                ) if coding.stages else np.zeros((0, 0))

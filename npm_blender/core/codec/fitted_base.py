@@ -1,23 +1,40 @@
 """The base of a displaced surface: decimated, fitted to the source both ways under the scheme that suits it, rounded."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ..bitstream import EncodedBase, encode_base, order_connectivity
 from ..decimation import decimate
 from ..displacement import SMOOTHEST, DisplacedSurface
-from ..fitting import Rounding, TwoWay, fit_base
+from ..fitting import Rounding, TwoWay, fit_base, sharp_of
+from ..mesh import Level, Sharp
 from ..progress import Progress, no_progress, part
 from ..settings import AUTO
 from .target import Target
 
-SCHEMES = (0, SMOOTHEST // 2, SMOOTHEST)
+
+class Scheme(NamedTuple):
+    """smooth: see `DisplacedSurface`; angle: degrees from which an edge of the base is a crease, 0 for none."""
+
+    smooth: int
+    angle: float = 0.0
+
+    def sharp(self, V0: np.ndarray, base: Level) -> Sharp | None:
+        """Creases and corners of a base with vertices V0 (n0, 3)."""
+        return sharp_of(V0, base, self.angle) if self.angle else None
+
+
+SCHEMES = (Scheme(0), Scheme(SMOOTHEST // 2), Scheme(SMOOTHEST), Scheme(SMOOTHEST, 60), Scheme(SMOOTHEST, 40),
+           Scheme(SMOOTHEST, 25))
 TRIED_LEVELS, FITTED_LEVELS = 2, 3  # at which schemes are compared, and the base of the best is fitted
 TRIAL_PASSES, PASSES = 2, 3     # of a fit, while schemes are compared and after
 MANY = 3000                     # faces of a base that is fitted at fewer levels
 FINEST, FINER = 260_000, 12     # faces of the finest level at most, in all and over those of the source
 LEAST_BITS, MOST_BITS = 7, 20   # of a coordinate of the base
-ROUNDED = 1.1                   # the error of a rounded base over that of the free one
+CREASED = 1.1                   # creases have to leave so much less than none: their bytes, and details do not cross them
+RATE = 0.8                      # a base of twice the bytes has to leave 2 ** -RATE of the error
+DEAR = 1.15                     # what costs so many times the least ends the search for bits
 LEAST_ERROR = 2e-6              # nobody sees less
 PLAIN = -1                      # levels of a base that gets none
 
@@ -25,13 +42,14 @@ PLAIN = -1                      # levels of a base that gets none
 @dataclass(frozen=True)
 class FittedBase:
     """A base under a scheme. surface: of all levels; grid (n0, 3) int64: lattice positions; bits: of a coordinate; coded: as
-    bytes; error: of the surface without details, the worse way, unit frame."""
+    bytes; error: of the surface without details, the worse way, unit frame; scheme: that of the surface."""
 
     surface: DisplacedSurface
     grid: np.ndarray
     bits: int
     coded: EncodedBase
     error: float
+    scheme: Scheme
 
     @property
     def V0(self) -> np.ndarray:
@@ -51,7 +69,7 @@ class FreeBase:
     """A base that is fitted to a target, under that of the schemes whose surface without details is nearest."""
 
     def __init__(self, target: Target, faces: int, levels: int, progress: Progress = no_progress, room: bool = True,
-                 schemes: tuple[int, ...] = SCHEMES) -> None:
+                 schemes: tuple[Scheme, ...] = SCHEMES) -> None:
         """faces: about so many; levels: AUTO for as many as suit them, PLAIN for none; room: as in `decimate`.
 
         Raises MeshError where the mesh cannot be decimated, Cancelled from `progress`.
@@ -66,35 +84,43 @@ class FreeBase:
             levels = PLAIN if whole else levels_for(len(order.F), len(target.mesh.F))
         self.levels = max(levels, 0)
         progress(0.2, "Fitting the base")
-        tried = [self._fitted(V0, smooth, min(self.levels, TRIED_LEVELS), 0 if whole and not smooth else TRIAL_PASSES)
-                 for smooth in (schemes if self.levels else SCHEMES[:1])]
-        self.error, self._fit, V0 = min(tried, key=lambda one: one[0])
+        schemes = schemes if self.levels else SCHEMES[:1]
+        base, tried = Level.of(self._F0, self._n0), min(self.levels, TRIED_LEVELS)
+        found = {scheme: self._fitted(V0, DisplacedSurface(self._F0, self._n0, tried, scheme.smooth, scheme.sharp(V0, base)),
+                                      0 if len(schemes) == 1 or (whole and not scheme.smooth) else TRIAL_PASSES)
+                 for scheme in schemes}
+        self.scheme = min(found, key=lambda scheme: found[scheme][0] * (CREASED if scheme.angle else 1))
+        self.error, self._fit, V0 = found[self.scheme]
+        self.surface = replace(self._fit.surface, levels=self.levels)
         progress(0.6, "Fitting the base")
-        if not (whole and not self.smooth):
+        if not (whole and not self.surface.smooth):
             fitted = FITTED_LEVELS if self.levels >= FITTED_LEVELS and len(order.F) < MANY else self._fit.surface.levels
-            self.error, self._fit, V0 = self._fitted(V0, self.smooth, fitted, PASSES)
+            self.error, self._fit, V0 = self._fitted(V0, self.surface.with_levels(fitted), PASSES)
         progress(0.9, "Fitting the base")
         self._rounding = Rounding(self._fit, V0, np.zeros(int(self._fit.surface.first[-1])))
 
-    @property
-    def smooth(self) -> int:
-        """Of the scheme."""
-        return self._fit.surface.smooth
-
-    def _fitted(self, V0: np.ndarray, smooth: int, levels: int, passes: int) -> tuple[float, TwoWay, np.ndarray]:
-        """The error, the fit and the base vertices (n0, 3) from V0 on, measured at so many levels."""
-        fit = TwoWay(self.target.source, DisplacedSurface(self._F0, self._n0, levels, smooth))
-        none = np.zeros(int(fit.surface.first[-1]))
+    def _fitted(self, V0: np.ndarray, surface: DisplacedSurface, passes: int) -> tuple[float, TwoWay, np.ndarray]:
+        """The error, the fit and the base vertices (n0, 3) from V0 on."""
+        fit = TwoWay(self.target.source, surface)
+        none = np.zeros(int(surface.first[-1]))
         V0 = fit_base(fit, V0, none, passes)
-        return self.target.error(fit.surface, V0, none), fit, V0
+        return self.target.error(surface, V0, none), fit, V0
 
     def rounded(self, bits: int) -> FittedBase:
-        """The base on a lattice; bits: of a coordinate, AUTO for as many as its error asks for."""
-        none = np.zeros(int(self._fit.surface.first[-1]))
+        """The base on a lattice; bits: of a coordinate, AUTO for as many as pay: error times bytes is least."""
+        best, least = None, np.inf
         for tried in range(bits or LEAST_BITS, (bits or MOST_BITS) + 1):
-            grid = self._rounding.on_lattice(2.0**-tried)
-            error = self.target.error(self._fit.surface, grid * 2.0**-tried, none)
-            if error <= ROUNDED * max(self.error, LEAST_ERROR):
+            found = self._on_lattice(tried)
+            cost = max(found.error, LEAST_ERROR) * (len(found.coded.connectivity) + len(found.coded.positions)) ** RATE
+            if cost < least:
+                best, least = found, cost
+            elif cost > DEAR * least:
                 break
-        surface = DisplacedSurface(self._F0, self._n0, self.levels, self.smooth)
-        return FittedBase(surface, grid, tried, encode_base(grid, self._F0, self._connectivity), error)
+        assert best
+        return best
+
+    def _on_lattice(self, bits: int) -> FittedBase:
+        grid = self._rounding.on_lattice(2.0**-bits)
+        error = self.target.error(self._fit.surface, grid * 2.0**-bits, np.zeros(int(self._fit.surface.first[-1])))
+        coded = encode_base(grid, self._F0, self._connectivity, self.surface.sharp)
+        return FittedBase(self.surface, grid, bits, coded, error, self.scheme)

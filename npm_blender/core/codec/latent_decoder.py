@@ -21,6 +21,7 @@ class LatentDecoder:
                 f"Expected weights '{coding.model_id}' {coding.weights_hash.hex()}, found {model.digest.hex()}; "
                 "install the version of the extension that wrote this file"
             )
+        self.features = stream.features  # that have arrived
         self._params, self._V0 = model.params, NUMPY.array(stream.V0)
         self.levels: list[Level] = hierarchy(stream.F0, len(stream.grid), stream.header.levels)
         self._meshes = [MeshIndex.of(NUMPY, level) for level in self.levels[:-1]]

@@ -1,11 +1,13 @@
 """The receiver: an opened `.npmesh` stream that decodes any number of its features to any of its levels."""
 
+from bisect import bisect_right
 from collections import OrderedDict
 from os import PathLike
+from typing import NamedTuple
 
 import numpy as np
 
-from ..bitstream import LatentCoding, ParsedStream
+from ..bitstream import BASE_NUMBERS, LatentCoding, ParsedStream
 from ..errors import SettingsError, StreamError
 from ..mesh import TriMesh
 from ..settings import DISPLACED, PAPER
@@ -15,13 +17,30 @@ from .latent_decoder import LatentDecoder
 CACHED, ROOM = 32, 24_000_000  # decodes kept, and their bytes; a slider that goes back finds its meshes at once
 
 
+class RungFacts(NamedTuple):
+    """Of a rung: base_faces; levels; features and bytes from which on it is shown.
+
+    >>> from npm_blender.core.codec import RungFacts
+    >>> RungFacts(base_faces=3200, levels=3, features=4800, bytes=5000).base_faces
+    3200
+    """
+
+    base_faces: int
+    levels: int
+    features: int
+    bytes: int
+
+
 class ProgressiveMesh:
     """A stream as far as it has arrived. Connectivity is built once; positions of recent decodes are kept.
 
-    Made by `open_stream` and `StoredStream.open` (the receiver of the paper's section 3). A feature is a number of a displaced
-    surface, or a latent of the paper's stream. features: that arrived; total_features: of the whole stream; levels: the finest;
-    base_bytes, total_bytes: of the shortest prefix, and of this one; stops: numbers of features worth stopping at, ascending,
-    from 0 to all; model: 'displaced' or 'paper'.
+    Made by `open_stream` and `StoredStream.open` (the receiver of the paper's section 3). A stream is a ladder of rungs, each a
+    base mesh with levels and details; what is shown is the last rung whose base has arrived. A feature is a number that has
+    arrived, of a displaced surface or of a later base, or a latent of the paper's stream.
+
+    features: that arrived; total_features: of the whole stream; levels: the finest, of any rung (one that has fewer shows its
+    finest); base_faces, base_vertices: of the first rung; base_bytes, total_bytes: of the shortest prefix, and of this one;
+    stops: numbers of features worth stopping at, ascending, from 0 to all; model: 'displaced' or 'paper'.
 
     >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
     >>> V = [[x, y, x * y / 8] for y in range(5) for x in range(5)]
@@ -35,19 +54,35 @@ class ProgressiveMesh:
 
     def __init__(self, stream: ParsedStream, size: int) -> None:
         """stream: what `read_stream` returned for `size` bytes. Raises WeightsError if its weights are not here."""
-        header, coding = stream.header, stream.header.coding
-        latent = isinstance(coding, LatentCoding)
-        self._decoder: LatentDecoder | DisplacedDecoder = (LatentDecoder if latent else DisplacedDecoder)(stream)
+        header, parsed = stream.header, stream.rungs
+        latent = isinstance(header.coding, LatentCoding)
+        decoder = LatentDecoder if latent else DisplacedDecoder
+        self._rungs: list[LatentDecoder | DisplacedDecoder] = [decoder(one) for one in parsed]
         self.header, self.total_bytes, self.model = header, size, PAPER if latent else DISPLACED
-        self.levels, self.position_bits = header.levels, header.position_bits
-        self.total_features, self.features = header.total_features, stream.features
-        self.truncated, self.corrupt = stream.truncated, stream.corrupt
+        self.levels, self.position_bits = max(one.header.levels for one in parsed), header.position_bits
+        self.truncated = any(one.truncated for one in parsed)
+        self.corrupt = next((one.corrupt for one in parsed if one.corrupt), None)
         self.source_faces, self.source_vertices = header.source_faces, header.source_vertices
         self.base_faces, self.base_vertices, self.base_bytes = len(stream.F0), len(stream.grid), stream.base_bytes
-        self.stops = (0, *(k for k in self._decoder.stops if 0 < k < self.features), *([self.features] if self.features else []))
-        self._end_features, self._end_bytes = stream.ends
-        self._levels = self._decoder.levels
+        # features from which each rung is there, and what stands between that and the end of the one before: its base
+        self._from, stops, ends = [], [0], []
+        count = 0
+        for place, (one, rung) in enumerate(zip(parsed, self._rungs, strict=True)):
+            count += BASE_NUMBERS * len(one.grid) if place else 0
+            self._from.append(count)
+            ends.append((count + one.ends[0], one.ends[1]))
+            stops += [count, *(count + k for k in rung.stops if k <= one.features)]
+            count += one.features
+        self.features, self.total_features = count, header.total_features
+        self.stops = tuple(sorted({*stops, count}))
+        self._end_features, self._end_bytes = map(np.concatenate, zip(*ends, strict=True))
         self._cache: OrderedDict[tuple[int, int], np.ndarray] = OrderedDict()
+
+    @property
+    def rungs(self) -> tuple[RungFacts, ...]:
+        """The rungs that have arrived."""
+        return tuple(RungFacts(len(rung.levels[0].F), len(rung.levels) - 1, features, self.bytes_for(features))
+                     for rung, features in zip(self._rungs, self._from, strict=True))
 
     @property
     def shortfall(self) -> str:
@@ -71,15 +106,18 @@ class ProgressiveMesh:
 
     def numbers(self, features: int) -> int:
         """Numbers in the first features: 8 in a latent, as paper section 4.1 counts them for CR."""
-        return self._decoder.scalars(self._checked_features(features))
+        return self._rungs[0].scalars(self._checked_features(features))
 
-    def faces_at(self, level: int) -> int:
-        """Faces of a level."""
-        return self.base_faces * 4 ** self._checked_level(level)
+    def faces_at(self, level: int, features: int | None = None) -> int:
+        """Faces of a level with the first features (None: all)."""
+        return len(self.level_faces(level, features))
 
-    def level_faces(self, level: int | None = None) -> np.ndarray:
-        """Faces (m, 3) int32 of a level (None: the finest); they depend on nothing else."""
-        return self._levels[self._checked_level(level)].F
+    def level_faces(self, level: int | None = None, features: int | None = None) -> np.ndarray:
+        """Faces (m, 3) int32 of a level (None: the finest) with the first features (None: all): those of the last rung that
+        is there."""
+        level, features = self._checked_level(level), self._checked_features(features)
+        levels = self._rungs[self.rung_at(features)].levels
+        return levels[min(level, len(levels) - 1)].F
 
     def decode_positions(self, features: int | None = None, level: int | None = None) -> np.ndarray:
         """Vertices (n, 3) float64, object space, of a level (None: finest) with the first features (None: all)."""
@@ -88,13 +126,19 @@ class ProgressiveMesh:
 
     def decode(self, features: int | None = None, level: int | None = None) -> TriMesh:
         """The mesh of `decode_positions` and `level_faces`, in object space. Raises SettingsError if out of range."""
-        return TriMesh(self.decode_positions(features, level), self.level_faces(level))
+        return TriMesh(self.decode_positions(features, level), self.level_faces(level, features))
+
+    def rung_at(self, features: int) -> int:
+        """The last rung whose base is among the first features; the first is 0. Faces depend on it and on the level alone."""
+        return bisect_right(self._from, features) - 1
 
     def _unit_positions(self, features: int, level: int) -> np.ndarray:
         """Vertices (n, 3) of a level, unit frame; the last decodes are kept."""
         found = self._cache.get((features, level))
         if found is None:
-            found = self._decoder.vertices(features, level)
+            place = self.rung_at(features)
+            rung = self._rungs[place]
+            found = rung.vertices(min(features - self._from[place], rung.features), min(level, len(rung.levels) - 1))
         self._cache[features, level] = found
         self._cache.move_to_end((features, level))
         while len(self._cache) > min(CACHED, max(2, ROOM // found.nbytes)):
@@ -127,7 +171,7 @@ def open_stream(data: bytes) -> ProgressiveMesh:
     Raises StreamError (no bytes, foreign, newer, corrupted, or cut before the end of the base mesh), WeightsError.
 
     >>> from npm_blender.core import CompressSettings, LodSettings, TriMesh, compress, open_stream
-    >>> V = [[x, y, x * y / 8] for y in range(5) for x in range(5)]
+    >>> V = [[x, y, x * y % 3 / 4] for y in range(5) for x in range(5)]
     >>> F = [f for i in range(19) if i % 5 < 4 for f in ([i, i + 1, i + 5], [i + 1, i + 6, i + 5])]
     >>> settings = CompressSettings(LodSettings(base_faces=8, levels=1))
     >>> data = compress(TriMesh.from_arrays(V, F), settings, progress=lambda fraction, message: None).data

@@ -7,13 +7,13 @@ import io
 import json
 import zipfile
 import zlib
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
 from ..bitstream import DisplacedCoding, DisplacedNumbers, Header, LatentCoding, LatentFeatures, ParsedStream
 from ..errors import MeshError, StreamError
-from ..mesh import hierarchy
+from ..mesh import Sharp, hierarchy
 from .progressive_mesh import ProgressiveMesh
 
 # what a damaged zip file, and arrays other than those of `pack`, can raise
@@ -64,17 +64,32 @@ def receive(data: bytes) -> StoredStream:
 
 def pack(stream: ParsedStream) -> bytes:
     """A stream that was read, as a compressed .npz: exact, and at most about twice the size of the file."""
-    fields = asdict(stream.header)
+    facts: list[dict] = []
+    arrays: dict[str, np.ndarray] = {}
+    for place, rung in enumerate(stream.rungs):
+        facts.append(_facts(rung))
+        arrays |= {f"{place}.{name}": _narrow(array) for name, array in _arrays(rung).items()}
+    file = io.BytesIO()
+    np.savez_compressed(file, facts=np.array(json.dumps(facts)), **arrays)
+    return file.getvalue()
+
+
+def _facts(rung: ParsedStream) -> dict:
+    """What is not an array, as JSON can hold it."""
+    fields = asdict(rung.header)
     if "weights_hash" in fields["coding"]:
         fields["coding"]["weights_hash"] = fields["coding"]["weights_hash"].hex()
-    facts = {"header": fields, "base_bytes": stream.base_bytes, "truncated": stream.truncated, "corrupt": stream.corrupt}
-    details = dict(vars(stream.details))
-    if isinstance(stream.details, DisplacedNumbers):
-        details["table"] = _changes(stream.details.table)
-    arrays = {"grid": stream.grid, "F0": stream.F0, "ends": np.diff(np.stack(stream.ends), axis=1, prepend=0), **details}
-    file = io.BytesIO()
-    np.savez_compressed(file, facts=np.array(json.dumps(facts)), **{k: _narrow(a) for k, a in arrays.items()})
-    return file.getvalue()
+    return {"header": fields, "base_bytes": rung.base_bytes, "truncated": rung.truncated, "corrupt": rung.corrupt}
+
+
+def _arrays(rung: ParsedStream) -> dict[str, np.ndarray]:
+    """What is an array, by name."""
+    details = dict(vars(rung.details))
+    if isinstance(rung.details, DisplacedNumbers):
+        details["table"] = _changes(rung.details.table)
+    if rung.sharp:
+        details |= {"creases": rung.sharp.edges, "corners": rung.sharp.corners}
+    return {"grid": rung.grid, "F0": rung.F0, "ends": np.diff(np.stack(rung.ends), axis=1, prepend=0), **details}
 
 
 def _changes(table: np.ndarray) -> np.ndarray:
@@ -95,27 +110,35 @@ def unpack(arrays: bytes) -> ParsedStream:
     """The inverse of `pack`. Raises StreamError if the bytes are damaged or do not fit together."""
     try:
         with np.load(io.BytesIO(arrays), allow_pickle=False) as z:
-            facts = json.loads(str(z["facts"]))
-            fields = facts.pop("header")
-            grid, F0, ends = z["grid"].astype(np.int64), z["F0"].astype(np.int32), z["ends"].astype(np.int64).cumsum(axis=1)
-            coding = fields.pop("coding")
-            details: LatentFeatures | DisplacedNumbers
-            if "weights_hash" in coding:
-                coding["weights_hash"] = bytes.fromhex(coding["weights_hash"])
-                header = Header(**fields, coding=LatentCoding(**coding))
-                details = LatentFeatures(z["level"].astype(np.uint8), z["face"].astype(np.int32), z["value"].astype(np.int32))
-            else:
-                header = Header(**fields, coding=DisplacedCoding(**coding))
-                details = DisplacedNumbers(_values(z["table"].astype(np.int64)), z["coded"].astype(bool))
-        stream = ParsedStream(header, grid, F0, details, (ends[0], ends[1]), **facts)
-        fits = _fits(stream)
+            found: ParsedStream | None = None
+            for place, facts in reversed(list(enumerate(json.loads(str(z["facts"]))))):
+                mine = {name.split(".", 1)[1]: z[name] for name in z.files if name.startswith(f"{place}.")}
+                found = replace(_rung(facts, mine), finer=found)
+        fits = found is not None and all(map(_fits, found.rungs))
     except _DAMAGE as error:
         raise StreamError(f"Expected a stream that was read before, found damaged arrays ({error}); "
                           "open the file again") from error
-    if not fits:
+    if found is None or not fits:
         raise StreamError("Expected a stream that was read before, found arrays that do not fit together; "
                           "open the file again")
-    return stream
+    return found
+
+
+def _rung(facts: dict, z: dict[str, np.ndarray]) -> ParsedStream:
+    """The inverse of `_facts` and `_arrays`."""
+    fields = facts.pop("header")
+    grid, F0, ends = z["grid"].astype(np.int64), z["F0"].astype(np.int32), z["ends"].astype(np.int64).cumsum(axis=1)
+    coding = fields.pop("coding")
+    details: LatentFeatures | DisplacedNumbers
+    if "weights_hash" in coding:
+        coding["weights_hash"] = bytes.fromhex(coding["weights_hash"])
+        header = Header(**fields, coding=LatentCoding(**coding))
+        details = LatentFeatures(z["level"].astype(np.uint8), z["face"].astype(np.int32), z["value"].astype(np.int32))
+    else:
+        header = Header(**fields, coding=DisplacedCoding(**coding))
+        details = DisplacedNumbers(_values(z["table"].astype(np.int64)), z["coded"].astype(bool))
+    sharp = Sharp(z["creases"].astype(bool), z["corners"].astype(bool)) if "creases" in z else None
+    return ParsedStream(header, grid, F0, details, (ends[0], ends[1]), **facts, sharp=sharp)
 
 
 def _narrow(array: np.ndarray) -> np.ndarray:
@@ -147,7 +170,9 @@ def _latents_fit(s: ParsedStream, details: LatentFeatures) -> bool:
 def _numbers_fit(s: ParsedStream, details: DisplacedNumbers) -> bool:
     levels = hierarchy(s.F0, len(s.grid), s.header.levels)
     new = np.diff([0, *(level.n for level in levels)])
+    sharp = s.sharp or Sharp(np.zeros(len(levels[0].edges), bool), np.zeros(levels[0].n, bool))
     return bool(isinstance(s.header.coding, DisplacedCoding)
+                and sharp.edges.shape == (len(levels[0].edges),) and sharp.corners.shape == (levels[0].n,)
                 and details.table.shape == (s.header.coding.stages, levels[-1].n)
                 and details.coded.shape == (s.header.coding.stages, len(levels))
                 and s.features <= (details.coded * new).sum())

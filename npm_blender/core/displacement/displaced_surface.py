@@ -2,13 +2,13 @@
 
 Displaced subdivision surfaces: Lee, Moreton, Hoppe 2000. NumPy alone: Blender's window walks this way.
 """
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from ..mesh import Level, hierarchy
+from ..mesh import Level, Sharp, hierarchy
 from .stencils import Stencil, stencil_of
 
 
@@ -36,6 +36,8 @@ AHEAD = 2  # levels further, at which the vertices of a level are looked at, see
 class DisplacedSurface:
     """Base faces F0 (m0, 3) int over n0 vertices, subdivided `levels` times with `smooth`, 0..SMOOTHEST (see `stencil_of`).
 
+    sharp: creases and corners of the base, which stay sharp under any scheme; None where it has none.
+
     A displaced subdivision surface (Lee, Moreton, Hoppe 2000), but with normals of the level where a vertex is new, and with
     displacements at every level: what is coarse is said once, at a coarse level. Vertices are numbered as in `hierarchy`.
 
@@ -51,6 +53,7 @@ class DisplacedSurface:
     n0: int
     levels: int
     smooth: int
+    sharp: Sharp | None = None
 
     @cached_property
     def hierarchy(self) -> list[Level]:
@@ -60,17 +63,21 @@ class DisplacedSurface:
     @cached_property
     def stencils(self) -> list[Stencil]:
         """From each level to the next."""
-        return [stencil_of(level, self.smooth) for level in self.hierarchy[:-1]]
+        out, sharp = [], self.sharp
+        for level in self.hierarchy[:-1]:
+            out.append(stencil_of(level, self.smooth, sharp))
+            sharp = sharp.subdivided(level) if sharp else None
+        return out
 
     @cached_property
     def first(self) -> np.ndarray:
         """Vertices first[i]..first[i + 1] - 1 are new at level i, (levels + 2,) int64."""
         return np.array([0, *(level.n for level in self.hierarchy)], np.int64)
 
-    def with_smooth(self, smooth: int) -> "DisplacedSurface":
-        """The same connectivity under another scheme."""
-        out = DisplacedSurface(self.F0, self.n0, self.levels, smooth)
-        out.__dict__["hierarchy"] = self.hierarchy
+    def with_levels(self, levels: int) -> "DisplacedSurface":
+        """The same surface of fewer levels."""
+        out = replace(self, levels=levels)
+        out.__dict__["hierarchy"] = self.hierarchy[: levels + 1]
         return out
 
     def new_at(self, level: int) -> slice:

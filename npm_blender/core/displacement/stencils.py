@@ -1,13 +1,13 @@
 """The subdivision scheme: from the vertices of a level to those of the next, as weighted sums (NumPy alone).
 
 smooth 0 keeps vertices and puts new ones into the middles of edges; SMOOTHEST is Loop's scheme (Loop 1987), with cubic
-B-splines along borders; between is the blend of both.
+B-splines along borders and creases (Hoppe et al. 1994); between is the blend of both.
 """
 from typing import NamedTuple
 
 import numpy as np
 
-from ..mesh import Level
+from ..mesh import Level, Sharp
 
 SMOOTHEST = 8  # smooth is a whole number of 0..SMOOTHEST
 
@@ -63,11 +63,12 @@ class Stencil(NamedTuple):
         return start, index, weight
 
 
-def stencil_of(level: Level, smooth: int) -> Stencil:
+def stencil_of(level: Level, smooth: int, sharp: Sharp | None = None) -> Stencil:
     """The step from a level to the next; smooth, a whole number of 0..SMOOTHEST, blends midpoints with Loop's scheme.
 
     Loop's weights (Loop 1987): 3/8 and 1/8 for a new vertex; for an old one of valence k its neighbours' are
-    (5/8 - (3/8 + cos(2 pi / k) / 4)^2) / k, on borders 1/8 each.
+    (5/8 - (3/8 + cos(2 pi / k) / 4)^2) / k. On borders and sharp edges 1/2 for a new vertex, and for an old one 1/8 of both
+    neighbours along them; where more than two of them meet, and in a corner, a vertex stays (Hoppe et al. 1994).
 
     >>> import numpy as np
     >>> from npm_blender.core.displacement import SMOOTHEST, stencil_of
@@ -79,12 +80,13 @@ def stencil_of(level: Level, smooth: int) -> Stencil:
     share = smooth / SMOOTHEST
     n = level.n
     left, right = level.edge_halfedge.T.astype(np.int64)
-    inner = left != right
     flat = level.F.reshape(-1)
     opposite = np.stack([flat[h - h % 3 + (h + 2) % 3] for h in (left, right)], 1)
-    border = np.zeros(n, bool)
-    border[level.edges[~inner].reshape(-1)] = True
-    seen = ~(border[level.edges] & inner[:, None])  # a border vertex sees its border neighbours only
+    line = sharp.lines(level) if sharp else left == right
+    lines = np.bincount(level.edges[line].reshape(-1), minlength=n)
+    still = lines > 2 if sharp is None else (lines > 2) | sharp.corners
+    on_line = lines == 2
+    seen = (line[:, None] | ~on_line[level.edges]) & ~still[level.edges]  # a vertex on a line sees its neighbours there
     if not share:
         seen[:] = False
     ends = np.concatenate([level.edges[seen[:, 0]], level.edges[seen[:, 1]][:, ::-1]])
@@ -94,7 +96,7 @@ def stencil_of(level: Level, smooth: int) -> Stencil:
     ends = ends[np.argsort(ends[:, 0], kind="stable")]
     k = np.maximum(valence, 1)
     around = (0.625 - (0.375 + 0.25 * np.cos(2 * np.pi / k)) ** 2) / k
-    around = share * np.where(border, 1 / 8, around) * (valence > 0)
+    around = share * np.where(on_line, 1 / 8, around) * (valence > 0)
     start = np.concatenate([[0], np.cumsum(np.maximum(valence, 1))[:-1]])
-    across = np.where(inner, share / 8, 0.0)
+    across = np.where(line, 0.0, share / 8)
     return Stencil(1 - valence * around, around, start, ends[:, 1], level.edges, 0.5 - across, opposite, across)

@@ -80,9 +80,7 @@ class DetailFit:
     def two_way(self, levels: int) -> TwoWay:
         """The fit of the first levels alone."""
         if levels not in self._fits:
-            surface = DisplacedSurface(self.surface.F0, self.surface.n0, levels, self.surface.smooth)
-            surface.__dict__["hierarchy"] = self.surface.hierarchy[: levels + 1]
-            self._fits[levels] = TwoWay(self.source, surface)
+            self._fits[levels] = TwoWay(self.source, self.surface.with_levels(levels))
         return self._fits[levels]
 
     def stage(self, V0: np.ndarray, steps: np.ndarray, before: StageFit | None, levels: int, trade: float = TRADE,

@@ -2,6 +2,7 @@
 from .components import component_labels
 from .radix_order import radix_argsort
 from .renumbering import Renumbering
+from .sharp import Sharp, turns
 from .spatial_order import along_curve, in_morton_order, spatial_boxes
 from .subdivision import Level, hierarchy, midpoints, subdivided_opposite
 from .topology import (
@@ -18,6 +19,7 @@ from .triangle_mesh import TriMesh, UnitFrame, compact
 __all__ = [
     "Level",
     "Renumbering",
+    "Sharp",
     "Topology",
     "TriMesh",
     "UnitFrame",
@@ -35,5 +37,6 @@ __all__ = [
     "spatial_boxes",
     "subdivided_opposite",
     "topology_of",
+    "turns",
     "vertex_fans",
 ]

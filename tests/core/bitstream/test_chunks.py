@@ -3,7 +3,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from npm_blender.core.bitstream.chunks import CRC_BYTES, LEAST, arrived, chunk_ends, framed_size, with_checksums
+from npm_blender.core.bitstream.chunks import CRC_BYTES, LEAST, arrived, chunk_ends, with_checksums
 
 PAYLOAD = np.random.default_rng(0).integers(0, 256, 2000, np.uint8).tobytes()
 FRAMED = with_checksums(PAYLOAD, 77)
@@ -22,17 +22,22 @@ def test_a_payload_comes_back(size, before):
     framed = before + with_checksums(PAYLOAD[:size], 77)
     found = arrived(framed, len(before), size, 77)
     assert found.payload == PAYLOAD[:size] and not found.truncated and found.corrupt is None
-    assert len(framed) - len(before) == framed_size(size, size)
+    assert found.end == len(framed) == len(before) + size + CRC_BYTES * len(chunk_ends(size))
+
+
+def test_what_follows_a_payload_is_not_looked_at():
+    found = arrived(FRAMED + b"more", 0, len(PAYLOAD), 77)
+    assert found == arrived(FRAMED, 0, len(PAYLOAD), 77) and found.end == len(FRAMED)
 
 
 def test_every_prefix_gives_what_is_there():
-    sizes = [framed_size(k, len(PAYLOAD)) for k in range(len(PAYLOAD) + 1)]
-    assert sizes == sorted(sizes) and sizes[-1] == len(FRAMED)
+    before = 0
     for cut in range(len(FRAMED)):
         found = arrived(FRAMED[:cut], 0, len(PAYLOAD), 77)
-        assert found.truncated and found.corrupt is None and PAYLOAD.startswith(found.payload)
-        if len(found.payload) < len(PAYLOAD):
-            assert sizes[len(found.payload)] <= cut < sizes[len(found.payload) + 1]
+        assert found.truncated and found.corrupt is None and PAYLOAD.startswith(found.payload) and not found.end
+        checks = sum(end + CRC_BYTES * (k + 1) <= cut for k, end in enumerate(chunk_ends(len(PAYLOAD))))
+        assert before <= len(found.payload) <= cut - CRC_BYTES * checks <= len(found.payload) + CRC_BYTES
+        before = len(found.payload)
 
 
 def test_every_flipped_byte_is_noticed_and_what_came_before_is_kept():
@@ -42,7 +47,7 @@ def test_every_flipped_byte_is_noticed_and_what_came_before_is_kept():
         bad = FRAMED[:at] + bytes([FRAMED[at] ^ (1 << at % 8)]) + FRAMED[at + 1:]
         found = arrived(bad, 0, len(PAYLOAD), 77)
         whole = int(np.searchsorted(framed_ends, at, "right"))
-        assert "wrong checksum" in found.corrupt and found.payload == PAYLOAD[:[0, *ends][whole]]
+        assert "wrong checksum" in found.corrupt and not found.end and found.payload == PAYLOAD[:[0, *ends][whole]]
 
 
 def test_lost_exchanged_and_foreign_chunks_are_noticed():
@@ -51,4 +56,3 @@ def test_lost_exchanged_and_foreign_chunks_are_noticed():
     for wrong in (pieces[1:], [pieces[1], pieces[0], *pieces[2:]], [*pieces[:2], pieces[1], *pieces[3:]]):
         assert arrived(b"".join(wrong), 0, len(PAYLOAD), 77).corrupt
     assert arrived(FRAMED, 0, len(PAYLOAD), 78).corrupt
-    assert "1 bytes more" in arrived(FRAMED + b"\0", 0, len(PAYLOAD), 77).corrupt

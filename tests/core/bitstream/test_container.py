@@ -16,23 +16,22 @@ from npm_blender.core.bitstream import (
     Header,
     around,
     container,
-    displaced_size,
     encode_displacements,
     read_stream,
     write_displaced,
     write_latents,
 )
 from npm_blender.core.bitstream.chunks import CRC_BYTES, chunk_ends
-from npm_blender.core.bitstream.container import MAGIC, VERSION
+from npm_blender.core.bitstream.heads import MAGIC, VERSION
 from npm_blender.core.errors import StreamError
 from npm_blender.core.mesh import hierarchy
 from tests.core.bitstream.frozen import make
-from tests.core.bitstream.samples import LOW, displaced_sample, latent_sample, some_base
+from tests.core.bitstream.samples import LOW, creased_sample, displaced_sample, latent_sample, some_base
 from tests.core.bitstream.test_displacements import first_numbers
 
-SAMPLES = {"displaced": displaced_sample(), "latents": latent_sample()}
+SAMPLES = {"displaced": displaced_sample(), "creased": creased_sample(seed=1, levels=1, stages=2), "latents": latent_sample()}
 READ = {name: read_stream(sample.data) for name, sample in SAMPLES.items()}
-BOTH = pytest.mark.parametrize("name", SAMPLES)
+ALL = pytest.mark.parametrize("name", SAMPLES)
 
 
 def same_beginning(read, name):
@@ -51,7 +50,7 @@ def same_beginning(read, name):
     assert np.array_equal(read.details.table, expected)
 
 
-@BOTH
+@ALL
 def test_a_stream_comes_back(name):
     read, sample = READ[name], SAMPLES[name]
     same_beginning(read, name)
@@ -70,7 +69,8 @@ def test_latents_come_back():
 
 
 def test_integers_come_back():
-    assert np.array_equal(READ["displaced"].details.table, SAMPLES["displaced"].features)
+    for name in ("displaced", "creased"):
+        assert np.array_equal(READ[name].details.table, SAMPLES[name].features)
 
 
 def test_a_base_alone_is_a_stream():
@@ -88,12 +88,13 @@ def test_stages_without_a_number_are_a_stream_whose_base_is_all():
     assert read.ends[1].tolist() == [read.base_bytes]
 
 
-def test_the_size_is_known_before_a_stream_is_written():
-    sample = SAMPLES["displaced"]
-    assert displaced_size(sample.header, sample.base, sample.header.coding.payload) == len(sample.data)
+def test_creases_and_corners_come_back():
+    sent, came = SAMPLES["creased"].sharp, READ["creased"].sharp
+    assert np.array_equal(came.edges, sent.edges) and np.array_equal(came.corners, sent.corners) and sent.corners.any()
+    assert READ["displaced"].sharp is None and READ["latents"].sharp is None
 
 
-@BOTH
+@ALL
 def test_every_prefix_past_the_base_opens_and_holds_what_the_whole_says(name):
     whole, data = READ[name], SAMPLES[name].data
     numbers, ends = whole.ends
@@ -107,7 +108,7 @@ def test_every_prefix_past_the_base_opens_and_holds_what_the_whole_says(name):
         same_beginning(read, name)
 
 
-@BOTH
+@ALL
 def test_every_prefix_inside_the_base_is_refused_and_says_what_is_missing(name):
     for cut in range(READ[name].base_bytes):
         with pytest.raises(StreamError, match="Expected") as e:
@@ -116,7 +117,7 @@ def test_every_prefix_inside_the_base_is_refused_and_says_what_is_missing(name):
     assert f"at least {READ[name].base_bytes} bytes" in str(e.value)
 
 
-@BOTH
+@ALL
 def test_every_flipped_byte_is_noticed(name):
     data = SAMPLES[name].data
     for at in range(len(data)):
@@ -130,7 +131,7 @@ def test_every_flipped_byte_is_noticed(name):
             same_beginning(read, name)
 
 
-@BOTH
+@ALL
 @settings(max_examples=100)
 @given(st.data())
 def test_any_damage_and_cut_ends_in_an_error_or_numbers(name, data):
@@ -146,15 +147,20 @@ def test_any_damage_and_cut_ends_in_an_error_or_numbers(name, data):
         assert read.features <= READ[name].ends[0][-1] + 32
 
 
+def head_of(sample, base_bytes):
+    """Where the head of a stream ends."""
+    return base_bytes - 4 - len(sample.base.connectivity) - len(sample.base.positions) - len(sample.base.sharp)
+
+
 def mended(data, at, value, name):
     """The stream with another byte, and checksums that say that it is right, so that it reaches what comes behind them."""
     sample = SAMPLES[name]
     body, start = bytearray(data), READ[name].base_bytes
     body[at] = value
-    head = start - 4 - len(sample.base.connectivity) - len(sample.base.positions)
+    head = head_of(sample, start)
     body[head - 2:head] = (crc32(body[:head - 2]) & 0xFFFF).to_bytes(2, "big")
     body[start - 4:start] = crc32(body[:start - 4]).to_bytes(4, "big")
-    if name == "displaced":
+    if name != "latents":
         crc, place, ends = int.from_bytes(body[start - 2:start], "big"), start, chunk_ends(sample.header.coding.payload)
         for size in np.diff([0, *ends]).tolist():
             crc = crc_hqx(body[place:place + size], crc)
@@ -163,7 +169,7 @@ def mended(data, at, value, name):
     return bytes(body)
 
 
-@BOTH
+@ALL
 @settings(max_examples=300)
 @given(st.data())
 def test_damage_with_mended_checksums_is_refused_or_decodes(name, data):
@@ -177,14 +183,15 @@ def test_damage_with_mended_checksums_is_refused_or_decodes(name, data):
         assert read.F0.min() >= 0 and read.F0.max() < len(read.grid) and read.features >= 0
 
 
-@BOTH
+@ALL
 def test_nothing_but_a_mended_byte_is_refused_less(name):
     assert mended(SAMPLES[name].data, 4, VERSION, name) == SAMPLES[name].data
 
 
-def test_checksums_are_compared_whole():
-    data, read = SAMPLES["displaced"].data, READ["displaced"]
-    head = read.base_bytes - 4 - len(SAMPLES["displaced"].base.connectivity) - len(SAMPLES["displaced"].base.positions)
+@ALL
+def test_checksums_are_compared_whole(name):
+    data, read = SAMPLES[name].data, READ[name]
+    head = head_of(SAMPLES[name], read.base_bytes)
     places = [(head - k, "intact header") for k in (1, 2)] + [(read.base_bytes - k, "base mesh") for k in (1, 2, 3, 4)]
     for at, words in places:
         with pytest.raises(StreamError, match=words):
@@ -255,28 +262,36 @@ def test_the_header_is_small():
     assert len(data) - len(base.connectivity) - len(base.positions) <= 56
 
 
-@pytest.mark.parametrize("kind", ["displaced", "latents"])
+@pytest.mark.parametrize("kind", ["displaced", "latents", "ladder"])
 def test_streams_of_version_4_open_for_ever(kind):
     data = (Path(make.__file__).parent / f"{kind}_4.npmesh").read_bytes()
     read, sample = read_stream(data, strict=True), getattr(make, kind)()
-    assert read.features == read.header.total_features and read.header == sample.header
-    assert np.array_equal(read.grid, sample.grid) and np.array_equal(read.F0, sample.base.F0)
-    if kind == "displaced":
+    rungs = sample.rungs if kind == "ladder" else [sample]
+    assert len(read.rungs) == len(rungs) and sample.data == data
+    for one, sent in zip(read.rungs, rungs, strict=True):
+        assert replace(one.header, followed=False, total_features=one.features) == sent.header
+        assert np.array_equal(one.grid, sent.grid) and np.array_equal(one.F0, sent.base.F0)
+        assert (one.sharp is None) == (sent.sharp is None)
+        assert sent.sharp is None or all(map(np.array_equal, one.sharp, sent.sharp))
+        if kind != "latents":
+            assert np.array_equal(one.details.table, sent.features)
+    if kind != "latents":
         assert np.array_equal(read.details.table, make.numbers())
-    assert sample.data == data
 
 
 def test_plain_python_reads_and_writes_the_same_bytes(tmp_path):
-    for name, sample in (("a", displaced_sample(levels=1, stages=2)), ("b", latent_sample(20, across=2))):
+    for name, sample in (("a", displaced_sample(levels=1, stages=2)), ("b", latent_sample(20, across=2)), ("c", make.ladder())):
         (tmp_path / name).write_bytes(sample.data)
     script = ("import sys; sys.modules['numba'] = None\n"
               "from npm_blender.core.jit import COMPILED\n"
               "from npm_blender.core.bitstream import read_stream\n"
               "from tests.core.bitstream.samples import displaced_sample, latent_sample\n"
+              "from tests.core.bitstream.frozen import make\n"
               "assert not COMPILED\n"
-              f"a, b = (open({str(tmp_path)!r} + name, 'rb').read() for name in ('/a', '/b'))\n"
+              f"a, b, c = (open({str(tmp_path)!r} + name, 'rb').read() for name in ('/a', '/b', '/c'))\n"
               "assert (read_stream(a).details.table == displaced_sample(levels=1, stages=2).features).all()\n"
               "assert displaced_sample(levels=1, stages=2).data == a and latent_sample(20, across=2).data == b\n"
+              "assert make.ladder().data == c and len(read_stream(c, strict=True).rungs) == 2\n"
               "assert read_stream(b, strict=True).features == 20\n")
     done = subprocess.run([sys.executable, "-W", "error::RuntimeWarning", "-c", script], capture_output=True, text=True,
                           cwd=Path(__file__).parents[3])

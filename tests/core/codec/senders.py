@@ -1,7 +1,7 @@
 """Small targets and bases, made once, for the tests of the sender."""
 from functools import cache
 
-from npm_blender.core.codec.displaced_sender import staged
+from npm_blender.core.codec.displaced_sender import more_stages
 from npm_blender.core.codec.fitted_base import FreeBase
 from npm_blender.core.codec.source_facts import SourceFacts, in_frame, lattice_frame
 from npm_blender.core.codec.stages import Stages
@@ -31,4 +31,6 @@ def free(name: str, faces: int = 60, levels: int = 2) -> FreeBase:
 @cache
 def stages(name: str) -> Stages:
     """Its stages on a base of 60 faces."""
-    return staged(target(name), free(name).rounded(0), 10_000)
+    made = Stages(target(name), free(name).rounded(0))
+    more_stages(made, 10_000)
+    return made

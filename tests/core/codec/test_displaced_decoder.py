@@ -7,7 +7,7 @@ import pytest
 from npm_blender.core.bitstream import read_stream
 from npm_blender.core.codec.displaced_decoder import DisplacedDecoder
 from npm_blender.core.displacement import DisplacedSurface
-from tests.core.bitstream.samples import displaced_sample
+from tests.core.bitstream.samples import creased_sample, displaced_sample
 from tests.core.bitstream.test_displacements import first_numbers
 
 LEVELS, STAGES = 2, 3
@@ -59,3 +59,13 @@ def test_a_base_alone_decodes():
     bare = displaced_sample(levels=0, stages=0, table=np.zeros((0, len(SAMPLE.grid)), np.int64))
     read = read_stream(bare.data)
     assert np.array_equal(DisplacedDecoder(read).vertices(0, 0), read.V0) and DisplacedDecoder(read).stops == ()
+
+
+def test_creases_of_the_base_stay_sharp_at_every_level():
+    sample = creased_sample(levels=2, stages=1, seed=4)
+    read = read_stream(sample.data)
+    surface = DisplacedSurface(read.F0, len(read.grid), 2, 8, sample.sharp)
+    moves = sample.features[0] * np.repeat(read.header.coding.steps(2, 0), np.diff(surface.first))
+    found, without = DisplacedDecoder(read), DisplacedDecoder(replace(read, sharp=None))
+    assert np.array_equal(found.vertices(read.features, 2), surface.shown(read.V0, moves, 2))
+    assert not np.allclose(found.vertices(0, 2), without.vertices(0, 2), atol=1e-3)

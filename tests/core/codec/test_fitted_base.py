@@ -4,11 +4,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from npm_blender.core.bitstream import decode_connectivity, decode_positions
-from npm_blender.core.codec.fitted_base import FINEST, LEAST_ERROR, PLAIN, ROUNDED, FreeBase, levels_for
+from npm_blender.core.bitstream import decode_connectivity, decode_positions, decode_sharp
+from npm_blender.core.codec.fitted_base import (
+    FINEST,
+    LEAST_BITS,
+    LEAST_ERROR,
+    PLAIN,
+    RATE,
+    SCHEMES,
+    FreeBase,
+    Scheme,
+    levels_for,
+)
 from npm_blender.core.errors import Cancelled
-from tests.core.codec.senders import free, target
-from tests.core.codec.streams import SHAPES
+from tests.core.codec.senders import free, target, target_of
+from tests.core.codec.streams import SHAPES, cylinder
 
 NAMES = pytest.mark.parametrize("name", SHAPES)
 
@@ -36,23 +46,38 @@ def test_the_error_is_that_of_the_surface_on_its_lattice(name):
     assert base.error == pytest.approx(target(name).error(base.surface, base.V0, none), rel=0.02)
 
 
+def cost(base):
+    """What bits are chosen by: error times bytes."""
+    return max(base.error, LEAST_ERROR) * (len(base.coded.connectivity) + len(base.coded.positions)) ** RATE
+
+
 @NAMES
-def test_as_many_bits_as_the_error_asks_for(name):
+def test_as_many_bits_as_pay(name):
     chosen = free(name).rounded(0)
-    assert chosen.error <= ROUNDED * max(free(name).error, LEAST_ERROR)
     assert free(name).rounded(12).bits == 12
-    assert free(name).rounded(max(chosen.bits - 3, 4)).error > chosen.error
+    for bits in (chosen.bits - 1, chosen.bits + 1):
+        assert bits < LEAST_BITS or cost(free(name).rounded(bits)) >= cost(chosen)
 
 
 def test_a_base_that_is_the_source_stays_as_it_is():
     whole = FreeBase(target("torus"), len(SHAPES["torus"].F), PLAIN)
-    assert whole.error < 1e-7 and whole.smooth == 0 and whole.rounded(16).error < 2.0**-16
+    assert whole.error < 1e-7 and whole.scheme == Scheme(0) and whole.rounded(16).error < 2.0**-16
 
 
 def test_the_scheme_that_is_nearest_is_taken():
-    assert free("closed").smooth > 0
-    alone = FreeBase(target("closed"), 60, 2, schemes=(0,))
-    assert alone.smooth == 0 and alone.error > free("closed").error
+    assert free("closed").scheme.smooth > 0 and free("closed").surface.smooth == free("closed").scheme.smooth
+    alone = FreeBase(target("closed"), 60, 2, schemes=(Scheme(0),))
+    assert alone.scheme.smooth == 0 and alone.surface.sharp is None and alone.error > free("closed").error
+
+
+def test_what_is_round_beside_sharp_edges_gets_creases_and_they_are_coded():
+    round_part = target_of(cylinder())
+    found, plain = (FreeBase(round_part, 60, 2, schemes=schemes) for schemes in (SCHEMES, (Scheme(0), Scheme(4), Scheme(8))))
+    assert found.scheme.angle > 0 and found.scheme.smooth > 0 and found.error < 0.8 * plain.error
+    base = found.rounded(10)
+    coded = decode_sharp(base.coded.sharp, base.grid, base.surface.hierarchy[0])
+    assert np.array_equal(coded.edges, base.surface.sharp.edges) and np.array_equal(coded.corners, base.surface.sharp.corners)
+    assert base.surface.sharp.edges.any() and not plain.rounded(10).coded.sharp
 
 
 def test_it_can_be_cancelled():

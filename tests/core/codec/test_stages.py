@@ -51,7 +51,7 @@ def test_the_finest_level_of_a_stage_is_left_out_where_it_does_harm():
     harm = kept.copy()
     harm[first[2]:] = 40
     steps = made.coding(made.step, 1, 0).steps(2, 0)
-    found, error = made._without_finest(StageFit(harm, default_rate(2), np.inf), kept, steps)
+    found, error = made._without_finest(StageFit(harm, default_rate(2), np.inf), made.error(harm, steps), kept, steps)
     assert not found.value.any() and error == made.error(kept, steps)
 
 
@@ -70,8 +70,11 @@ def test_a_mesh_of_few_faces_is_its_own_base():
 def errors_of(stream, source, seed=0):
     """The worse way, unit frame, of every level at every stop."""
     frame = stream.header.frame
-    return np.array([[source.error(TriMesh(frame.to_unit(stream.decode_positions(k, level)), stream.level_faces(level)), 20_000)
-                      for level in range(stream.levels + 1)] for k in stream.stops])
+
+    def shown(k, level):
+        return TriMesh(frame.to_unit(stream.decode_positions(k, level)), stream.level_faces(level, k))
+
+    return np.array([[source.error(shown(k, level), 20_000) for level in range(stream.levels + 1)] for k in stream.stops])
 
 
 @pytest.mark.slow

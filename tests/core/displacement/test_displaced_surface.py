@@ -1,6 +1,7 @@
 """From integers to vertices: level by level, along the normals there."""
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,9 @@ import pytest
 
 from npm_blender.core.displacement import SMOOTHEST, DisplacedSurface
 from npm_blender.core.displacement.displaced_surface import AHEAD
-from npm_blender.core.mesh import TriMesh
+from npm_blender.core.fitting import sharp_of
+from npm_blender.core.mesh import Level, TriMesh
+from tests.meshes.dirty_meshes import box
 from tests.meshes.shapes import grid, icosphere, torus
 
 SHAPES = {"closed": icosphere(0), "open": grid(3), "torus": torus(6, 5)}
@@ -41,7 +44,7 @@ def test_fewer_levels_are_the_first_of_more(name, smooth):
     moves, short = some_moves(of), surface(name, smooth, 2)[1]
     assert all(np.array_equal(a, b) for a, b in zip(of.build(V0, moves).X, short.build(V0, moves).X, strict=False))
     assert np.array_equal(of.build(V0, moves, 1).X[-1], of.build(V0, moves).X[1])
-    assert np.array_equal(of.with_smooth(smooth).build(V0, moves).X[-1], of.build(V0, moves).X[-1])
+    assert all(map(np.array_equal, of.with_levels(1).build(V0, moves).X, of.build(V0, moves).X[:2]))
 
 
 @pytest.mark.parametrize(("name", "smooth"), ALL)
@@ -81,7 +84,7 @@ def test_a_level_is_shown_where_its_vertices_are_two_levels_further(name):
     for level in range(5):
         further = of.build(V0, moves, min(level + AHEAD, 4)).X[-1]
         assert np.array_equal(of.shown(V0, moves, level), further[: of.hierarchy[level].n])
-    sharp = of.with_smooth(0)
+    sharp = replace(of, smooth=0)
     assert np.array_equal(sharp.shown(V0, moves, 1), sharp.build(V0, moves).X[1])
 
 
@@ -106,7 +109,7 @@ def test_flat_stays_flat():
     V0 = V0 * [1, 1, 0]
     X = of.build(V0, np.zeros(int(of.first[-1]))).X[-1]
     assert not X[:, 2].any()
-    sharp = of.with_smooth(0).build(V0, np.zeros(int(of.first[-1]))).X[-1]
+    sharp = replace(of, smooth=0).build(V0, np.zeros(int(of.first[-1]))).X[-1]
     assert TriMesh(sharp, of.hierarchy[-1].F).face_areas().sum() == pytest.approx(TriMesh(V0, of.F0).face_areas().sum())
 
 
@@ -114,3 +117,28 @@ def test_it_needs_no_compiler():
     code = ("import sys; from npm_blender.core.displacement import DisplacedSurface; "
             "sys.exit(any(m in sys.modules for m in ('numba', 'torch', 'scipy')))")
     assert subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parents[3]).returncode == 0
+
+
+def boxed(levels=3, smooth=SMOOTHEST):
+    """A box whose edges are creases."""
+    mesh = box(2)
+    return mesh.V, DisplacedSurface(mesh.F, len(mesh.V), levels, smooth, sharp_of(mesh.V, Level.of(mesh.F, len(mesh.V)), 40))
+
+
+@pytest.mark.parametrize("smooth", [0, 4, SMOOTHEST])
+def test_a_box_with_creases_stays_a_box_at_every_level(smooth):
+    V0, of = boxed(smooth=smooth)
+    none = np.zeros(int(of.first[-1]))
+    for level, X in enumerate(of.build(V0, none).X):
+        for V in (X, of.shown(V0, none, level)):
+            assert np.abs(np.abs(V - 0.5).max(1) - 0.5).max() < 1e-14
+            assert TriMesh(V, of.hierarchy[level].F).face_areas().sum() == pytest.approx(6)
+    without = replace(of, sharp=None).build(V0, none).X[-1]
+    assert smooth == 0 or np.abs(np.abs(without - 0.5).max(1) - 0.5).max() > 0.01
+
+
+def test_fewer_levels_keep_their_creases():
+    V0, of = boxed()
+    moves = some_moves(of)
+    assert all(map(np.array_equal, of.with_levels(2).build(V0, moves).X, of.build(V0, moves).X[:3]))
+    assert of.with_levels(2).levels == 2 and of.with_levels(2).sharp is of.sharp

@@ -6,9 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
-from npm_blender.core.bitstream.container import VERSION
+from npm_blender.core.bitstream.heads import VERSION
 from npm_blender.core.mesh import hierarchy
-from tests.core.bitstream.samples import Sample, displaced_sample, latent_sample, some_base
+from tests.core.bitstream.samples import (
+    Ladder,
+    Sample,
+    base_level,
+    chosen_sharp,
+    displaced_sample,
+    ladder_of,
+    latent_sample,
+    some_base,
+)
 
 FOLDER = Path(__file__).parent
 
@@ -34,9 +43,18 @@ def displaced() -> Sample:
     return displaced_sample(table=numbers())
 
 
+def ladder() -> Ladder:
+    """A stream of two rungs, the second with creases and corners, fewer levels and more bits."""
+    level = base_level(3)
+    sharp = chosen_sharp(level, np.arange(len(level.edges)) % 5 < 2, np.arange(level.n) % 3 == 0)
+    fine = level.n + len(level.edges)
+    table = (np.arange(fine) * 7919 % 5 == 0) * (np.arange(fine) % 7 - 3)[None]
+    return ladder_of(displaced(), displaced_sample(levels=1, across=3, table=table, sharp=sharp, bits=14))
+
+
 def main() -> None:
-    """Both kinds, named by the version."""
-    for name, sample in (("displaced", displaced()), ("latents", latents())):
+    """All kinds, named by the version."""
+    for name, sample in (("displaced", displaced()), ("latents", latents()), ("ladder", ladder())):
         path = FOLDER / f"{name}_{VERSION}.npmesh"
         path.write_bytes(sample.data)
         print(path, len(sample.data))  # noqa: T201
