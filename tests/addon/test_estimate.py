@@ -43,13 +43,13 @@ def test_an_operator_takes_a_preset_and_numbers_on_top_of_it():
 
 def test_a_size_limit_chooses_base_and_levels_and_is_kept(part):
     compression = part("properties.compression")
-    obj = add_object(subdivisions=5)
-    bpy.ops.object.npmesh_compress(size_limit=1.2, preset="DRAFT", make_preview=False)
-    assert obj.npmesh.preset == "DRAFT" and obj.npmesh.base_faces == 400 and obj.npmesh.size_limit == pytest.approx(1.2)
+    obj = add_object(subdivisions=4)
+    bpy.ops.object.npmesh_compress(size_limit=0.8, preset="DRAFT", make_preview=False)
+    assert obj.npmesh.preset == "DRAFT" and obj.npmesh.base_faces == 400 and obj.npmesh.size_limit == pytest.approx(0.8)
     settings = compression.settings_of(obj.npmesh)
-    assert (settings.budget, settings.lod.base_faces, settings.lod.levels) == (1200, 0, 0)
+    assert (settings.budget, settings.lod.base_faces, settings.lod.levels) == (800, 0, 0)
     stream = part("preview").packed(obj)
-    assert 900 < len(stream.data) <= 1200
+    assert 600 < len(stream.data) <= 800
     bpy.ops.object.npmesh_compress(base_faces=80, levels=1, make_preview=False)
     assert obj.npmesh.size_limit == 0 and part("preview").packed(obj).open().base_faces == 80
 
