@@ -1,4 +1,6 @@
 """Presets and the time that they take: a preset is its numbers, an estimate learns from the last run."""
+from types import SimpleNamespace
+
 import bpy
 import pytest
 
@@ -32,6 +34,28 @@ def test_the_presets_name_every_number(part):
     state.preset = "PAPER"
     lod = settings.LodSettings(base_faces=settings.PAPER_FACES, levels=settings.PAPER_LEVELS)
     assert compression.settings_of(state) == settings.CompressSettings(lod, model=settings.PAPER)
+
+
+class Rows:
+    """Stands in for a UILayout: remembers what its rows are called."""
+
+    def __init__(self):
+        self.texts = []
+
+    def row(self):
+        return self
+
+    def prop(self, source, name, text=None):
+        assert hasattr(source, name)
+        self.texts.append(text)
+
+
+def test_the_file_browser_shows_what_is_automatic_in_an_operator_too(part):
+    """An operator's bl_rna has none of its properties, so it cannot name them."""
+    compression, state, rows = part("properties.compression"), add_object().npmesh, Rows()
+    compression.draw_settings(rows, SimpleNamespace(**{name: getattr(state, name) for name in compression.SETTING_NAMES}))
+    assert [text for text in rows.texts if text] == [
+        f"{name} (Automatic)" for name in ("Base Faces", "Levels", "Precision")]
 
 
 def test_an_operator_takes_a_preset_and_numbers_on_top_of_it():
