@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from npm_blender.core import open_stream
+from tests.few_points import compare_by_few_points
 
 ROOT = Path(__file__).parent.parent
 BLOCKS = re.findall(r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
@@ -17,7 +18,8 @@ def test_readme_begins_with_the_front_door():
 
 
 @pytest.mark.slow
-def test_the_snippet_runs_and_gives_a_mesh_near_the_input():
+def test_the_snippet_runs_and_gives_a_mesh_near_the_input(monkeypatch):
+    compare_by_few_points(monkeypatch)
     names = {}
     exec(compile(BLOCKS[0], "README.md", "exec"), names)  # noqa: S102
     data, mesh = names["data"], names["mesh"]

@@ -147,6 +147,7 @@ def draw_settings(layout: bpy.types.UILayout, source: CompressionProperties) -> 
         overruled = _overruled(source, name)
         row.enabled = not overruled
         if name in _AUTOMATIC and (overruled or getattr(source, name) == AUTO):
-            row.prop(source, name, text=f"{source.bl_rna.properties[name].name} (Automatic)")
+            label = CompressionProperties.__annotations__[name].keywords["name"]  # the bl_rna of an operator does not have them
+            row.prop(source, name, text=f"{label} (Automatic)")
         else:
             row.prop(source, name)

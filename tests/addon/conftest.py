@@ -12,6 +12,7 @@ from npm_blender.core.evaluation import measure_prefixes  # noqa: E402
 from npm_blender.core.mesh import TriMesh  # noqa: E402
 from npm_blender.core.settings import CompressSettings, LodSettings  # noqa: E402
 
+from .forked_workers import POSSIBLE, Workers  # noqa: E402
 from .source_addon import ROOT, enable  # noqa: E402
 
 _status = [0]
@@ -48,12 +49,26 @@ def as_installed():
     """Asks for workers as they are in a user's Blender, see `worker_of_the_library`."""
 
 
+@pytest.fixture
+def own_process():
+    """Asks for workers that are started as a user's are, see `worker_of_the_library`."""
+
+
+@pytest.fixture(scope="session")
+def forked_workers():
+    """Workers that start at once."""
+    workers = Workers()
+    yield workers
+    workers.close()
+
+
 @pytest.fixture(autouse=True)
-def worker_of_the_library(request, part, monkeypatch):
+def worker_of_the_library(request, part, monkeypatch, forked_workers):
     """Workers import the package as `npm_blender`, as all other tests do, and so find its compiled code.
 
     A worker imports it under the name that Blender gives it, and keeps what it compiles in a folder of the user. This
-    would compile the whole core once more. Tests of just that take the fixture `as_installed`.
+    would compile the whole core once more. Tests of just that take the fixture `as_installed`. Nor does each load compiled
+    code anew, for seconds, but in tests of the process itself, which take the fixture `own_process`.
     """
     if "as_installed" in request.fixturenames:
         return
@@ -67,6 +82,9 @@ def worker_of_the_library(request, part, monkeypatch):
     monkeypatch.setattr(process, "environment", with_the_librarys_cache)
     monkeypatch.setattr(process, "PACKAGE", "npm_blender")
     monkeypatch.setattr(process, "PACKAGE_FOLDER", ROOT / "npm_blender")
+    if POSSIBLE and "own_process" not in request.fixturenames:
+        monkeypatch.setattr(process, "start", lambda folder, machine: forked_workers.start(
+            folder, process.environment(folder, machine)))
 
 
 @pytest.fixture(autouse=True)

@@ -1,4 +1,6 @@
 """Presets and the time that they take: a preset is its numbers, an estimate learns from the last run."""
+from types import SimpleNamespace
+
 import bpy
 import pytest
 
@@ -34,6 +36,28 @@ def test_the_presets_name_every_number(part):
     assert compression.settings_of(state) == settings.CompressSettings(lod, model=settings.PAPER)
 
 
+class Rows:
+    """Stands in for a UILayout: remembers what its rows are called."""
+
+    def __init__(self):
+        self.texts = []
+
+    def row(self):
+        return self
+
+    def prop(self, source, name, text=None):
+        assert hasattr(source, name)
+        self.texts.append(text)
+
+
+def test_the_file_browser_shows_what_is_automatic_in_an_operator_too(part):
+    """An operator's bl_rna has none of its properties, so it cannot name them."""
+    compression, state, rows = part("properties.compression"), add_object().npmesh, Rows()
+    compression.draw_settings(rows, SimpleNamespace(**{name: getattr(state, name) for name in compression.SETTING_NAMES}))
+    assert [text for text in rows.texts if text] == [
+        f"{name} (Automatic)" for name in ("Base Faces", "Levels", "Precision")]
+
+
 def test_an_operator_takes_a_preset_and_numbers_on_top_of_it():
     obj = add_object(subdivisions=4)
     bpy.ops.object.npmesh_compress(levels=1, base_faces=80, preset="DRAFT")
@@ -43,13 +67,13 @@ def test_an_operator_takes_a_preset_and_numbers_on_top_of_it():
 
 def test_a_size_limit_chooses_base_and_levels_and_is_kept(part):
     compression = part("properties.compression")
-    obj = add_object(subdivisions=5)
-    bpy.ops.object.npmesh_compress(size_limit=1.2, preset="DRAFT", make_preview=False)
-    assert obj.npmesh.preset == "DRAFT" and obj.npmesh.base_faces == 400 and obj.npmesh.size_limit == pytest.approx(1.2)
+    obj = add_object(subdivisions=4)
+    bpy.ops.object.npmesh_compress(size_limit=0.8, preset="DRAFT", make_preview=False)
+    assert obj.npmesh.preset == "DRAFT" and obj.npmesh.base_faces == 400 and obj.npmesh.size_limit == pytest.approx(0.8)
     settings = compression.settings_of(obj.npmesh)
-    assert (settings.budget, settings.lod.base_faces, settings.lod.levels) == (1200, 0, 0)
+    assert (settings.budget, settings.lod.base_faces, settings.lod.levels) == (800, 0, 0)
     stream = part("preview").packed(obj)
-    assert 900 < len(stream.data) <= 1200
+    assert 600 < len(stream.data) <= 800
     bpy.ops.object.npmesh_compress(base_faces=80, levels=1, make_preview=False)
     assert obj.npmesh.size_limit == 0 and part("preview").packed(obj).open().base_faces == 80
 

@@ -9,6 +9,7 @@ from npm_blender.cli import main
 from npm_blender.core.mesh.subdivision import hierarchy, midpoints
 from npm_blender.core.mesh.triangle_mesh import TriMesh
 from npm_blender.core.meshio.mesh_files import write_mesh
+from tests.few_points import compare_by_few_points
 
 
 def bumpy_sphere(levels: int = 4) -> TriMesh:
@@ -36,6 +37,14 @@ class Outcome(NamedTuple):
         assert len(lines) == 1, self.err
         assert "Traceback" not in self.err
         return lines[0]
+
+
+@pytest.fixture(scope="package", autouse=True)
+def quick_streams():
+    """How near a stream is to its mesh is tested elsewhere."""
+    with pytest.MonkeyPatch.context() as patch:
+        compare_by_few_points(patch)
+        yield
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 from npm_blender.core.meshio.mesh_files import write_mesh
 from npm_blender.core.network import weights
 from tests.meshes.shapes import bumpy
-from training import sequences
+from training import sequences, train
 
 pytestmark = [pytest.mark.slow, pytest.mark.torch]
 
@@ -29,8 +29,11 @@ def run(tmp_path_factory):
     for i in range(10):
         write_mesh(folder / f"m{i}.ply", bumpy(3, seed=i))
     command("training.sequences", folder, folder / "sequences", "--variants", 1, "--processes", 1)
-    for hours in (1e-5, 2e-5):  # once time is up, a run ends with the step that it is in
-        command("training.train", folder / "sequences", folder / "run", "--hours", hours, "--val", 1)
+    first, second = ([folder / "sequences", folder / "run", "--hours", hours, "--val", 1] for hours in (1e-5, 2e-5))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", ["train", *map(str, first)])
+        train.main()  # once time is up, a run ends with the step that it is in
+    command("training.train", *second)
     return folder
 
 

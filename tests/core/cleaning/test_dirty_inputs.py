@@ -174,7 +174,7 @@ def scratched(random):
 
 @pytest.mark.slow
 @given(st.randoms(use_true_random=False))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_any_mixture_of_damages_ends_in_a_valid_sequence(random):
     run = whole_path(lambda: scratched(random))
     if isinstance(run, str):
@@ -212,7 +212,8 @@ def test_searches_ask_for_a_cancel_more_often_on_larger_meshes():
     calls = {}
     for n in (1000, 8000):
         random = np.random.default_rng(0)
-        triangles = mesh(random.normal(size=(3 * n, 3)), np.arange(3 * n).reshape(-1, 3))
+        apart = random.normal(size=(n, 1, 3)) + 0.03 * random.normal(size=(n, 3, 3))  # few cross, so the searches are short
+        triangles = mesh(apart.reshape(-1, 3), np.arange(3 * n).reshape(-1, 3))
         seen = []
         clean(triangles, progress=lambda fraction, message, seen=seen: seen.append(message))
         calls[n] = [sum(word in message for message in seen) for word in ("pass through", "T-junctions")]

@@ -8,11 +8,12 @@ from npm_blender.core.errors import Cancelled, SettingsError
 from npm_blender.core.evaluation import evaluate
 from npm_blender.core.settings import CompressSettings, LodSettings
 from tests.core.codec.streams import silent
+from tests.few_points import compare_by_few_points
 from tests.meshes.dirty_meshes import many_parts
 from tests.meshes.shapes import bumpy, grid
 
 SHAPES = {"closed": bumpy(4), "open": grid(48)}
-BUDGETS = (500, 1_000, 2_000)
+BUDGETS = (500, 900, 1_600)
 FILLED = 0.95  # steps are of a sixteenth of an octave
 
 
@@ -21,6 +22,14 @@ ANY = LodSettings()
 
 def limited(size, lod=ANY):
     return CompressSettings(lod=lod, budget=size)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def quick_streams():
+    """What the search decides by differs from point to point by far more than by how many there are."""
+    with pytest.MonkeyPatch.context() as patch:
+        compare_by_few_points(patch)
+        yield
 
 
 @cache
@@ -39,7 +48,7 @@ def worse(name, size):
 def test_the_file_is_whole_and_fills_the_budget(name, size):
     done = made(name, size)
     opened = open_stream(done.data)
-    assert len(done.data) <= size and (size < 1_000 or FILLED * size <= len(done.data))  # few bytes: more may not help
+    assert len(done.data) <= size and (size < 900 or FILLED * size <= len(done.data))  # few bytes: more may not help
     assert not opened.truncated and opened.features == opened.total_features == done.report.features
 
 
@@ -53,9 +62,9 @@ def test_more_bytes_show_more(name):
 @pytest.mark.slow
 def test_a_size_is_worth_more_than_a_part_of_a_larger_file():
     whole = compress(SHAPES["closed"], CompressSettings(LodSettings(base_faces=200, levels=2)), silent).data
-    cut = open_stream(whole[:2_000]).decode()
+    cut = open_stream(whole[:1_600]).decode()
     found = evaluate(cut, SHAPES["closed"], 20_000)
-    assert worse("closed", 2_000) < max(found.d_pm, found.d_reverse)
+    assert worse("closed", 1_600) < max(found.d_pm, found.d_reverse)
 
 
 @pytest.mark.slow
@@ -74,7 +83,7 @@ def test_a_base_that_was_asked_for_and_does_not_fit_is_refused():
 def test_a_mesh_of_many_parts_is_given_fewer_faces_or_refused():
     assert len(compress(many_parts(8), limited(900), silent).data) <= 900
     with pytest.raises(SettingsError, match="Expected a base mesh of at most 300 bytes, found .* allow more bytes"):
-        compress(many_parts(400), limited(300), silent)
+        compress(many_parts(100), limited(300), silent)
 
 
 def test_a_search_can_be_cancelled():
