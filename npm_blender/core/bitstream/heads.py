@@ -57,7 +57,7 @@ def _source(header: Header, wide: bool) -> bytes:
 
 
 def read_head(data: bytes, at: int = 0, first: Header | None = None, before: int = 0) -> Head:
-    """The head of a rung at an offset; first: the header that begins the stream, None for that itself; before: the CRC of the base
+    """The head of a rung at an offset; first: the header that begins the stream, None for that itself; before: CRC of the base
     of the rung before.
 
     Raises StreamError (no data, foreign, of another version, damaged), EOFError where the data end inside a later head.

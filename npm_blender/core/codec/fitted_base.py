@@ -8,7 +8,7 @@ from ..bitstream import EncodedBase, encode_base, order_connectivity
 from ..decimation import decimate
 from ..displacement import SMOOTHEST, DisplacedSurface
 from ..fitting import Rounding, TwoWay, fit_base, sharp_of
-from ..mesh import Level, Sharp
+from ..mesh import Level, Sharp, TriMesh
 from ..progress import Progress, no_progress, part
 from ..settings import AUTO
 from .target import Target
@@ -34,6 +34,7 @@ FINEST, FINER = 260_000, 12     # faces of the finest level at most, in all and 
 LEAST_BITS, MOST_BITS = 7, 20   # of a coordinate of the base
 CREASED = 1.1                   # creases have to leave so much less than none: their bytes, and details do not cross them
 RATE = 0.8                      # a base of twice the bytes has to leave 2 ** -RATE of the error
+AREA = 0.05                     # of its area, that a base may win or lose when it is rounded
 DEAR = 1.15                     # what costs so many times the least ends the search for bits
 LEAST_ERROR = 2e-6              # nobody sees less
 PLAIN = -1                      # levels of a base that gets none
@@ -107,10 +108,12 @@ class FreeBase:
         return self.target.error(surface, V0, none), fit, V0
 
     def rounded(self, bits: int) -> FittedBase:
-        """The base on a lattice; bits: of a coordinate, AUTO for as many as pay: error times bytes is least."""
+        """The base on a lattice; bits: of a coordinate, AUTO for as many as pay: error times bytes is least, and the area stays."""
         best, least = None, np.inf
         for tried in range(bits or LEAST_BITS, (bits or MOST_BITS) + 1):
-            found = self._on_lattice(tried)
+            found, area = self._on_lattice(tried)
+            if abs(area - 1) > AREA and tried < (bits or MOST_BITS):
+                continue
             cost = max(found.error, LEAST_ERROR) * (len(found.coded.connectivity) + len(found.coded.positions)) ** RATE
             if cost < least:
                 best, least = found, cost
@@ -119,8 +122,11 @@ class FreeBase:
         assert best
         return best
 
-    def _on_lattice(self, bits: int) -> FittedBase:
+    def _on_lattice(self, bits: int) -> tuple[FittedBase, float]:
+        """The base with so many bits, and its area over that of the free one."""
         grid = self._rounding.on_lattice(2.0**-bits)
-        error = self.target.error(self._fit.surface, grid * 2.0**-bits, np.zeros(int(self._fit.surface.first[-1])))
-        coded = encode_base(grid, self._F0, self._connectivity, self.surface.sharp)
-        return FittedBase(self.surface, grid, bits, coded, error, self.scheme)
+        V0, F0 = grid * 2.0**-bits, self._F0
+        error = self.target.error(self._fit.surface, V0, np.zeros(int(self._fit.surface.first[-1])))
+        coded = encode_base(grid, F0, self._connectivity, self.surface.sharp)
+        area = TriMesh(V0, F0).face_areas().sum() / max(TriMesh(self._rounding.V0, F0).face_areas().sum(), 1e-300)
+        return FittedBase(self.surface, grid, bits, coded, error, self.scheme), area
