@@ -108,7 +108,7 @@ class FreeBase:
         return self.target.error(surface, V0, none), fit, V0
 
     def rounded(self, bits: int) -> FittedBase:
-        """The base on a lattice; bits: of a coordinate, AUTO for as many as pay: error times bytes is least, and the area stays."""
+        """The base on a lattice; bits: of a coordinate, AUTO for as many as pay: error times bytes is least, the area stays."""
         best, least = None, np.inf
         for tried in range(bits or LEAST_BITS, (bits or MOST_BITS) + 1):
             found, area = self._on_lattice(tried)
