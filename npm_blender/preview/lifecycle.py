@@ -31,6 +31,7 @@ def set_stream(obj: bpy.types.Object, received: "StoredStream") -> None:
     state.total_features, state.arrived_features = progressive.total_features, progressive.features
     state.shortfall = progressive.shortfall
     state.stream_bytes, state.base_bytes = progressive.total_bytes, progressive.base_bytes
+    state.later_bases = " ".join(f"{rung.begin}-{rung.bytes}" for rung in progressive.rungs[1:])
     state.arrived_bytes = progressive.bytes_for(progressive.features)
     state.detail_features = state.budget_features = -1
     state.source_bytes = ply_bytes(progressive.source_vertices, progressive.source_faces)

@@ -48,6 +48,7 @@ class PreviewProperties:
     shortfall: StringProperty(description="What is wrong with a stream that was cut off or is damaged")
     stream_bytes: IntProperty(description="Bytes of the stream as it is")
     base_bytes: IntProperty(description="Bytes of the stream up to the end of the base mesh")
+    later_bases: StringProperty(description="From which byte to which each later base of the stream arrives")
     arrived_bytes: IntProperty(description="Bytes of the stream up to the last feature that is there")
     source_bytes: IntProperty(description="Bytes of the original as a binary PLY file")
     source_faces: IntProperty(description="Faces of the original")

@@ -20,6 +20,14 @@ def test_equal_steps_of_detail_multiply_the_bytes_alike(part, opened):
     assert [b / a for a, b in zip(sizes, sizes[1:])] == pytest.approx([factor] * 4, rel=0.1)
 
 
+def test_the_bytes_of_later_bases_take_nothing_of_the_way(part):
+    slider, bases = part("preview.slider"), [(1000, 4000), (6000, 16_000)]
+    assert [slider._without(bases, size) for size in (500, 1000, 2000, 4000, 5000, 16_500)] == [500, 1000, 1000, 1000, 2000, 3500]
+    for size in (500, 999, 4000, 5999, 16_000, 20_000):  # at which more than a base's bytes arrives
+        assert slider._with(bases, slider._without(bases, size)) == size
+    assert slider._without([], 700) == slider._with([], 700) == 700
+
+
 def test_detail_stays_where_it_was_put_and_follows_the_features(opened):
     state = opened.npmesh
     state.detail = 37.5

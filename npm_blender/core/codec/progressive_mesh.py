@@ -18,10 +18,10 @@ CACHED, ROOM = 32, 24_000_000  # decodes kept, and their bytes; a slider that go
 
 
 class RungFacts(NamedTuple):
-    """Of a rung: base_faces; levels; features and bytes from which on it is shown.
+    """Of a rung: base_faces; levels; features and bytes from which on it is shown; begin: the byte where its base begins.
 
     >>> from npm_blender.core.codec import RungFacts
-    >>> RungFacts(base_faces=3200, levels=3, features=4800, bytes=5000).base_faces
+    >>> RungFacts(base_faces=3200, levels=3, features=4800, bytes=5000, begin=1600).base_faces
     3200
     """
 
@@ -29,6 +29,7 @@ class RungFacts(NamedTuple):
     levels: int
     features: int
     bytes: int
+    begin: int
 
 
 class ProgressiveMesh:
@@ -81,8 +82,12 @@ class ProgressiveMesh:
     @property
     def rungs(self) -> tuple[RungFacts, ...]:
         """The rungs that have arrived."""
-        return tuple(RungFacts(len(rung.levels[0].F), len(rung.levels) - 1, features, self.bytes_for(features))
-                     for rung, features in zip(self._rungs, self._from, strict=True))
+        out = []
+        for rung, features in zip(self._rungs, self._from, strict=True):
+            place = int(np.searchsorted(self._end_features, features))
+            begin = int(self._end_bytes[place - 1]) if place else 0
+            out.append(RungFacts(len(rung.levels[0].F), len(rung.levels) - 1, features, int(self._end_bytes[place]), begin))
+        return tuple(out)
 
     @property
     def shortfall(self) -> str:
