@@ -8,6 +8,7 @@ from ..core.errors import FileError
 from ..core.settings import AUTO, PAPER, PAPER_FACES, PAPER_LEVELS, CompressSettings
 
 AUTO_FACES, MOST_LEVELS = 800, 4  # of a displaced surface whose base and levels are chosen, about
+WHOLE, COARSER = 1600, 6          # a source of so few faces is its own base, of others it has so many times fewer at least
 FINEST, FINER = 260_000, 12       # its finest level has at most so many faces, and so many times those of the source
 SMALL = 20_000                    # or these, for a small source
 BYTES_PER_FACE = 2.1              # of a file of limited size
@@ -49,11 +50,16 @@ def finest_faces(faces: int, settings: CompressSettings) -> int:
     if settings.model == PAPER:
         return (base or PAPER_FACES) * 4 ** (levels or PAPER_LEVELS)
     if base == AUTO:
-        base = max(int(settings.budget / BYTES_PER_FACE) if settings.budget else min(AUTO_FACES, faces or AUTO_FACES), 1)
+        base = max(int(settings.budget / BYTES_PER_FACE) if settings.budget else _base_faces(faces), 1)
     if levels == AUTO:
         levels = next((k for k in range(MOST_LEVELS - bool(settings.budget), 1, -1)
                        if base * 4**k <= min(max(FINER * faces, SMALL), FINEST)), 1)
     return base * 4**levels
+
+
+def _base_faces(faces: int) -> int:
+    """Faces of the first base for a source of so many, 0 if that is not known."""
+    return faces if 0 < faces <= WHOLE else min(AUTO_FACES, faces // COARSER or AUTO_FACES)
 
 
 def learned(rates: Rates, report: dict, settings: CompressSettings, start: float | None) -> Rates:

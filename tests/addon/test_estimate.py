@@ -113,11 +113,11 @@ def test_more_costs_more(part):
 
 @pytest.mark.parametrize("faces", [100, 1_280, 10_000, 90_000, 10**6])
 def test_what_the_core_chooses_is_guessed_as_it_does(part, faces):
-    from npm_blender.core.codec.displaced_sender import DEFAULT_FACES
+    from npm_blender.core.codec.displaced_sender import default_faces
     from npm_blender.core.codec.fitted_base import levels_for
 
     settings = part("core.settings")
-    base = min(DEFAULT_FACES, faces)
+    base = default_faces(faces)
     found = part("jobs.estimate").finest_faces(faces, settings.CompressSettings())
     assert found in [base * 4 ** (levels_for(base, faces) + k) for k in (-1, 0, 1)]
     base = 2000

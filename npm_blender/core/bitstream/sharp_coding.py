@@ -8,7 +8,7 @@ import numpy as np
 
 from ..jit import njit
 from ..mesh import Level, Sharp, turns
-from .range_coder import code_bit, finish_encoding, new_contexts, new_weights, range_decoder, range_encoder
+from .range_coder import Coder, code_bit, finish_encoding, new_contexts, new_weights, range_decoder, range_encoder
 
 _FOLDS = (0.9962, 0.9848, 0.9397, 0.866, 0.766, 0.5736, 0.1736)  # cosines of 5, 10, 20, 30, 40, 55, 80 degrees
 _TURNS = (0.0685, 0.1874, 0.4679, 1.0, 1.653)  # 4 sin(a / 2)^2 of 15, 25, 40, 60, 80 degrees
@@ -56,7 +56,7 @@ def _code_corners(coder, vertices, row, corner):
         corner[v] = code_bit(coder, corner[v], c, c, c, 1)
 
 
-def _code(coder, grid: np.ndarray, level: Level, edges: np.ndarray, corners: np.ndarray) -> Sharp:
+def _code(coder: Coder, grid: np.ndarray, level: Level, edges: np.ndarray, corners: np.ndarray) -> Sharp:
     border = level.edge_halfedge[:, 0] == level.edge_halfedge[:, 1]
     _code_edges(coder, level.edges.astype(np.int64), border.astype(np.int64), _folds(grid, level), np.zeros(level.n, np.int64),
                 edges)

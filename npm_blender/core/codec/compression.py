@@ -117,7 +117,7 @@ def _displaced(unit: TriMesh, facts: SourceFacts, settings: CompressSettings, cl
         if lod.base_faces == lod.levels == AUTO:
             made = ladder(target, settings.position_bits, most, report)
         else:  # numbers are obeyed
-            faces = lod.base_faces or default_faces(target)
+            faces = lod.base_faces or default_faces(len(unit.F))
             made = Ladder(*one_rung(target, faces, lod.levels, settings.position_bits, most, report))
     with clock.stage("write") as report:
         report(0.0, "Writing")

@@ -2,7 +2,7 @@
 
 A rung is a fitted base, then stages until they help no more. Another one pays where its base alone is nearer than the stages of
 the rung before are at as many bytes (flat and mechanical parts above all); the last one may be the mesh itself. Where a rung
-ends is chosen by measured errors, for the sizes between LEAST_BYTES and those of the stream.
+ends is chosen by measured errors, for the sizes between LEAST_BYTES and MOST_BYTES.
 """
 from dataclasses import dataclass
 
@@ -16,13 +16,14 @@ from .stages import Stages
 from .target import Target
 
 DEFAULT_FACES = 800             # of the first base: about 1 kB
+COARSER = 6                     # times fewer than the source has, at least
 FINER, FEWEST = 4, 2.5          # times as many faces in the next base, where the source has so many times more than that
 WHOLE = 1600                    # faces of a mesh that is its own base: a few kB
 ENOUGH = 2                      # levels of a smooth scheme
 STAGES = 14                     # at most
 PATIENT = 3                     # stages that may be of no use at first: their steps are large
 BETTER = 0.98                   # a stage that leaves more than this of the error, and the next one, end the rung
-LEAST_BYTES = 500               # from which on errors count
+LEAST_BYTES, MOST_BYTES = 500, 40_000  # between which errors count
 LEAST_FALL, MOST_FALL = 0.2, 1.5  # of errors with bytes, where they are not measured: error ~ bytes ** -fall
 GAIN = 0.12                     # of the mean of log errors, that a rung has to bring
 VISIBLE = 2e-5                  # nobody sees less, unit frame
@@ -44,16 +45,16 @@ class Ladder:
         return write_ladder(coded), bases + sum(rung.header.total_features for rung in coded)
 
 
-def default_faces(target: Target) -> int:
-    """Faces of the first base of a stream for all sizes: all of a mesh that has few."""
-    faces = len(target.mesh.F)
-    return faces if faces <= WHOLE else DEFAULT_FACES
+def default_faces(faces: int) -> int:
+    """Faces of the first base of a stream for all sizes, for a source of so many: all of a mesh that has few."""
+    return faces if faces <= WHOLE else min(DEFAULT_FACES, faces // COARSER)
 
 
 def ladder(target: Target, bits: int, most: int, progress: Progress = no_progress) -> Ladder:
     """Rungs for all sizes up to about `most` bytes; bits: of the coordinates of bases, or AUTO."""
-    faces, whole = default_faces(target), len(target.mesh.F)
-    exact = _exact(target, bits, most) if faces < whole else None
+    whole = len(target.mesh.F)
+    faces = default_faces(whole)
+    exact = _exact(target, bits) if faces < whole else None
     limit = exact.base_size if exact else most  # beyond it the mesh itself is nearer
     finer = FINER * faces
     another = whole >= FEWEST * finer
@@ -63,28 +64,29 @@ def ladder(target: Target, bits: int, most: int, progress: Progress = no_progres
     if another:
         free = FreeBase(target, finer, AUTO, part(progress, 0.4, 0.6), schemes=(first.base.scheme,))
         second = Stages(target, free.rounded(bits))
-        if _placed(first, second, most) and _settled(second, limit, part(progress, 0.6, 1)) and _follows(first, second):
-            rungs.append(second)
-        else:
+        if _placed(first, second):
+            more_stages(second, limit, part(progress, 0.6, 1))
+            if _settled(second) and _follows(first, second):
+                rungs.append(second)
+        if len(rungs) == 1:
             more_stages(first, limit, part(progress, 0.6, 1))
-    if exact and _placed(rungs[-1], exact, most) and _follows(rungs[-1], exact):
+    if exact and _placed(rungs[-1], exact) and _follows(rungs[-1], exact):
         rungs.append(exact)
-    for rung in rungs[:-1]:
-        rung.settle()
-    _settled(rungs[-1], 0)
+    for rung in rungs:
+        _settled(rung)
     return Ladder(rungs, message)
 
 
-def _exact(target: Target, bits: int, most: int) -> Stages | None:
-    """The mesh itself as the last rung; None where it takes more than `most` bytes."""
+def _exact(target: Target, bits: int) -> Stages | None:
+    """The mesh itself as the last rung; None where it takes more than MOST_BYTES."""
     faces = len(target.mesh.F)
-    if faces > most:  # it takes about a byte for a face
+    if faces > MOST_BYTES:  # it takes about a byte for a face
         return None
     found = Stages(target, FreeBase(target, faces, PLAIN).rounded(bits or EXACT_BITS))
-    return found if found.base_size <= most else None
+    return found if found.base_size <= MOST_BYTES else None
 
 
-def _placed(below: Stages, above: Stages, most: int) -> bool:
+def _placed(below: Stages, above: Stages) -> bool:
     """Cut the stages of a rung where the next one begins best; whether it does at all.
 
     Best: the mean of the logarithms of errors over those of sizes is least. Beyond what is known errors fall with the bytes as
@@ -94,7 +96,7 @@ def _placed(below: Stages, above: Stages, most: int) -> bool:
     base, start = above.base_size, max(above.base.error, VISIBLE)
     slope = _fall(sizes[-2:], errors[-2:]) if len(sizes) > 1 else LEAST_FALL
     finer = (slope + _fall(np.array([sizes[0], base]), np.array([errors[0], start]))) / 2
-    at = np.geomspace(LEAST_BYTES, most, 64)
+    at = np.geomspace(LEAST_BYTES, MOST_BYTES, 64)
     shown = np.maximum(np.searchsorted(sizes, at, side="right") - 1, 0)
 
     def mean(error: np.ndarray) -> float:
@@ -115,13 +117,12 @@ def _fall(sizes: np.ndarray, errors: np.ndarray) -> float:
     return float(np.clip(np.log(errors[0] / errors[1]) / np.log(sizes[1] / sizes[0]), LEAST_FALL, MOST_FALL))
 
 
-def _settled(stages: Stages, most: int, progress: Progress = no_progress) -> bool:
-    """Add stages up to `most` bytes, and leave out levels that are farther off than coarser ones; whether any are left."""
-    if most:
-        more_stages(stages, most, progress)
+def _settled(stages: Stages) -> bool:
+    """Leave out levels that are farther off than coarser ones; whether any are left."""
     finest = stages.settle()
-    if finest < stages.base.surface.levels:
+    while finest < stages.base.surface.levels:
         stages.leave_out(finest)
+        finest = stages.settle()
     return finest > 0 or not stages.base.surface.levels
 
 
@@ -162,6 +163,5 @@ def one_rung(target: Target, faces: int, levels: int, bits: int, most: int,
         finest = stages.settle()
         if finest >= min(stages.base.surface.levels, ENOUGH) or not stages.base.surface.smooth:
             break
-    if finest < stages.base.surface.levels:
-        stages.leave_out(finest)
+    _settled(stages)
     return [stages], free.message

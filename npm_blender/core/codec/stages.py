@@ -39,6 +39,7 @@ class Stages:
         self.ends: tuple[int, ...] = ()
         self.errors = [base.error]
         self.level_errors = np.zeros((0, 0))  # of each number of stages and level, see `settle`
+        self._measured: list[np.ndarray] = []  # errors of all levels but the finest, after each number of stages
         self._last: StageFit | None = None
 
     def coding(self, step: int, stages: int, payload: int) -> DisplacedCoding:
@@ -83,19 +84,19 @@ class Stages:
         """Decide after which stage each level but the finest stays as it is, so that more numbers are never farther off; and
         return the finest level up to which none is farther off than the one below."""
         surface, first = self.base.surface, self.base.surface.first
-        errors = np.empty((len(self.values) + 1, surface.levels + 1))
-        errors[:, -1] = self.errors
         trees: dict[int, ClosestPoints] = {}
-        for k in range(len(errors)):
+        for k in range(len(self._measured), len(self.values) + 1):
             moves = np.zeros(int(first[-1]))
             if k:
                 steps = self.coding(self.step, 1, 0).steps(surface.levels, k - 1)
                 moves += self.values[k - 1] * np.repeat(steps, np.diff(first))
-            X = surface.build(self.base.V0, moves).X
+            X, row = surface.build(self.base.V0, moves).X, np.zeros(surface.levels)
             for level in range(surface.levels):
                 shown, F = surface.shown_of(X, level), surface.hierarchy[level].F
                 trees[level] = trees[level].moved(shown, F) if level in trees else ClosestPoints(TriMesh(shown, F))
-                errors[k, level] = self.target.source.error(TriMesh(shown, F), CHECKED // 2, trees[level])
+                row[level] = self.target.source.error(TriMesh(shown, F), CHECKED // 2, trees[level])
+            self._measured.append(row)
+        errors = np.column_stack([np.array(self._measured), self.errors])
         self.level_errors = errors
         self.ends = tuple(_falling(errors[:, level]) for level in range(surface.levels))
         for level, end in enumerate(self.ends):
@@ -111,15 +112,14 @@ class Stages:
         n = int(base.surface.first[finest + 1])
         self.base, self.near = replace(base, surface=base.surface.with_levels(finest)), self.near[:n]
         self.fit = DetailFit(self.target.source, self.base.surface, self.near)
-        self.values, self.ends, self._last = [value[:n] for value in self.values], self.ends[:finest], None
+        self.values, self.ends, self._last, self._measured = [value[:n] for value in self.values], (), None, []
         steps = self.coding(self.step, 1, 0)
         self.errors = [self.error(np.zeros(n, np.int64), steps.steps(finest, 0))]
         self.errors += [self.error(value, steps.steps(finest, k)) for k, value in enumerate(self.values)]
-        self.level_errors = np.column_stack([self.level_errors[:, :finest], self.errors])
 
     def keep(self, count: int) -> None:
         """Only the first stages."""
-        del self.values[count:], self.errors[count + 1:]
+        del self.values[count:], self.errors[count + 1:], self._measured[count + 1:]
         self.ends = ()
         if self._last:
             self._last = self._last._replace(value=self.values[-1]) if self.values else None

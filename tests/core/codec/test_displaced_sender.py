@@ -76,9 +76,11 @@ def test_a_part_of_few_flat_faces_ends_with_the_mesh_itself():
     assert len(read_stream(data).rungs[-1].details.table) == 0
 
 
-def test_a_mesh_that_takes_more_than_there_is_does_not_come_itself():
-    assert displaced_sender._exact(target_of(PARTS["a gear"]), AUTO, 200) is None
-    assert displaced_sender._exact(target_of(PARTS["a gear"]), AUTO, 4_000).base_size <= 4_000
+def test_a_mesh_that_takes_more_than_there_is_does_not_come_itself(monkeypatch):
+    size = displaced_sender._exact(target_of(PARTS["a gear"]), AUTO).base_size
+    for most, comes in ((size, True), (size - 1, False)):
+        monkeypatch.setattr(displaced_sender, "MOST_BYTES", most)
+        assert (displaced_sender._exact(target_of(PARTS["a gear"]), AUTO) is not None) == comes
 
 
 @pytest.mark.slow
