@@ -35,7 +35,7 @@ LEAST_BITS, MOST_BITS = 7, 20   # of a coordinate of the base
 CREASED = 1.1                   # creases have to leave so much less than none: their bytes, and details do not cross them
 RATE = 0.8                      # a base of twice the bytes has to leave 2 ** -RATE of the error
 AREA = 0.05                     # of its area, that a base may win or lose when it is rounded
-DEAR = 1.15                     # what costs so many times the least ends the search for bits
+ROUNDED = 1.1                   # the error of a rounded base over that of the free one, which ends the search for bits
 LEAST_ERROR = 2e-6              # nobody sees less
 PLAIN = -1                      # levels of a base that gets none
 
@@ -117,7 +117,7 @@ class FreeBase:
             cost = max(found.error, LEAST_ERROR) * (len(found.coded.connectivity) + len(found.coded.positions)) ** RATE
             if cost < least:
                 best, least = found, cost
-            elif cost > DEAR * least:
+            if found.error < ROUNDED * max(self.error, LEAST_ERROR):  # finer steps have nothing to give
                 break
         assert best
         return best

@@ -19,6 +19,7 @@ from npm_blender.core.codec.fitted_base import (
 from npm_blender.core.errors import Cancelled
 from tests.core.codec.senders import free, target, target_of
 from tests.core.codec.streams import SHAPES, cylinder
+from tests.meshes.thin_shapes import slab
 
 NAMES = pytest.mark.parametrize("name", SHAPES)
 
@@ -28,6 +29,16 @@ def test_levels_end_before_the_finest_has_too_many_faces(faces, source):
     count = levels_for(faces, source)
     assert 1 <= count <= 4 and (count == 1 or faces * 4**count <= FINEST)
     assert levels_for(faces, source, 2) <= 2
+
+
+def test_the_sheets_of_a_plate_that_is_thinner_than_coarse_steps_stay_apart():
+    def middle(x, y):
+        return 0.1 * np.sin(3 * x)
+
+    plate = slab(16, 8, (1.0, 0.5), lambda x, y: middle(x, y) + 4e-4, lambda x, y: middle(x, y) - 4e-4)
+    made = FreeBase(target_of(plate), 200, 1)
+    base = made.rounded(0)
+    assert 2.0**-base.bits < 8e-4 and base.error < 1.5 * max(made.error, LEAST_ERROR)
 
 
 @NAMES
