@@ -12,7 +12,7 @@ from ..mesh import TriMesh, hierarchy
 from ..network import load_weights
 from ..progress import Progress, no_progress, noted
 from ..settings import AUTO, PAPER, PAPER_FACES, PAPER_LEVELS, CompressSettings, LodSettings
-from .displaced_sender import Ladder, default_faces, ladder, one_rung
+from .displaced_sender import default_faces, ladder, one_rung
 from .paper_sender import PaperSender, Sequence
 from .size_search import best_for
 from .source_facts import SourceFacts, in_frame, lattice_frame
@@ -118,7 +118,7 @@ def _displaced(unit: TriMesh, facts: SourceFacts, settings: CompressSettings, cl
             made = ladder(target, settings.position_bits, most, report)
         else:  # numbers are obeyed
             faces = lod.base_faces or default_faces(len(unit.F))
-            made = Ladder(*one_rung(target, faces, lod.levels, settings.position_bits, most, report))
+            made = one_rung(target, faces, lod.levels, settings.position_bits, most, report)
     with clock.stage("write") as report:
         report(0.0, "Writing")
         data, count = made.stream()

@@ -18,6 +18,7 @@ from .target import Target
 DEFAULT_FACES = 800             # of the first base: about 1 kB
 COARSER = 6                     # times fewer than the source has, at least
 FINER, FEWEST = 4, 2.5          # times as many faces in the next base, where the source has so many times more than that
+AHEAD = 1.5                     # bytes of the first rung for each face of the next base, before that is tried
 WHOLE = 1600                    # faces of a mesh that is its own base: a few kB
 ENOUGH = 2                      # levels of a smooth scheme
 STAGES = 14                     # at most
@@ -58,9 +59,9 @@ def ladder(target: Target, bits: int, most: int, progress: Progress = no_progres
     limit = exact.base_size if exact else most  # beyond it the mesh itself is nearer
     finer = FINER * faces
     another = whole >= FEWEST * finer
-    (first,), message = one_rung(target, faces, AUTO, bits, int(1.5 * finer) if another else limit,
-                                 part(progress, 0, 0.4 if another else 1))
-    rungs = [first]
+    found = one_rung(target, faces, AUTO, bits, int(AHEAD * finer) if another else limit,
+                     part(progress, 0, 0.4 if another else 1))
+    rungs, first = found.rungs, found.rungs[0]
     if another:
         free = FreeBase(target, finer, AUTO, part(progress, 0.4, 0.6), schemes=(first.base.scheme,))
         second = Stages(target, free.rounded(bits))
@@ -74,7 +75,7 @@ def ladder(target: Target, bits: int, most: int, progress: Progress = no_progres
         rungs.append(exact)
     for rung in rungs:
         _settled(rung)
-    return Ladder(rungs, message)
+    return Ladder(rungs, found.message)
 
 
 def _exact(target: Target, bits: int) -> Stages | None:
@@ -149,9 +150,8 @@ def more_stages(stages: Stages, most: int, progress: Progress = no_progress) -> 
         stages.keep(len(stages.values) - 1)
 
 
-def one_rung(target: Target, faces: int, levels: int, bits: int, most: int,
-            progress: Progress = no_progress) -> tuple[list[Stages], str]:
-    """A base of about so many faces with stages, of which no finer level is farther off than a coarser one; and a message.
+def one_rung(target: Target, faces: int, levels: int, bits: int, most: int, progress: Progress = no_progress) -> Ladder:
+    """A base of about so many faces with stages, of which no finer level is farther off than a coarser one.
 
     The levels that are farther off are left out. Where a smooth scheme would leave few (large flat faces), new vertices are
     midpoints, which change nothing by themselves.
@@ -164,4 +164,4 @@ def one_rung(target: Target, faces: int, levels: int, bits: int, most: int,
         if finest >= min(stages.base.surface.levels, ENOUGH) or not stages.base.surface.smooth:
             break
     _settled(stages)
-    return [stages], free.message
+    return Ladder([stages], free.message)
