@@ -95,8 +95,9 @@ def build(mesh: bpy.types.Mesh, V: "np.ndarray", F: "np.ndarray") -> None:
     mesh.vertices.add(len(V))
     mesh.loops.add(F.size)
     mesh.polygons.add(len(F))
-    mesh.vertices.foreach_set("co", np.ascontiguousarray(V, dtype=np.float32).reshape(-1))
-    mesh.loops.foreach_set("vertex_index", np.ascontiguousarray(F, dtype=np.int32).reshape(-1))
+    # attributes are copied as they are; the same through `vertices` and `loops` goes one by one
+    mesh.attributes["position"].data.foreach_set("vector", np.ascontiguousarray(V, dtype=np.float32).reshape(-1))
+    mesh.attributes[".corner_vert"].data.foreach_set("value", np.ascontiguousarray(F, dtype=np.int32).reshape(-1))
     mesh.polygons.foreach_set("loop_start", np.arange(0, F.size, 3, dtype=np.int32))
     mesh.update(calc_edges=True)
     mesh.shade_smooth()

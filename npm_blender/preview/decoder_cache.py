@@ -41,6 +41,8 @@ def open_ahead(received: "StoredStream") -> Generator[None, None, None]:
 
     def work() -> "ProgressiveMesh":
         progressive = open_received(received)
+        for rung in progressive.rungs:  # connectivity of all, so that the slider finds it
+            progressive.decode_positions(rung.features)
         progressive.decode_positions()
         return progressive
 

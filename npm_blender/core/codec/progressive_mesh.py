@@ -59,6 +59,7 @@ class ProgressiveMesh:
         latent = isinstance(header.coding, LatentCoding)
         decoder = LatentDecoder if latent else DisplacedDecoder
         self._rungs: list[LatentDecoder | DisplacedDecoder] = [decoder(one) for one in parsed]
+        self._shapes = [(len(one.F0), one.header.levels) for one in parsed]  # without making the levels of any rung
         self.header, self.total_bytes, self.model = header, size, PAPER if latent else DISPLACED
         self.levels, self.position_bits = max(one.header.levels for one in parsed), header.position_bits
         self.truncated = any(one.truncated for one in parsed)
@@ -83,10 +84,10 @@ class ProgressiveMesh:
     def rungs(self) -> tuple[RungFacts, ...]:
         """The rungs that have arrived."""
         out = []
-        for rung, features in zip(self._rungs, self._from, strict=True):
+        for (faces, levels), features in zip(self._shapes, self._from, strict=True):
             place = int(np.searchsorted(self._end_features, features))
             begin = int(self._end_bytes[place - 1]) if place else 0
-            out.append(RungFacts(len(rung.levels[0].F), len(rung.levels) - 1, features, int(self._end_bytes[place]), begin))
+            out.append(RungFacts(faces, levels, features, int(self._end_bytes[place]), begin))
         return tuple(out)
 
     @property
@@ -115,7 +116,8 @@ class ProgressiveMesh:
 
     def faces_at(self, level: int, features: int | None = None) -> int:
         """Faces of a level with the first features (None: all)."""
-        return len(self.level_faces(level, features))
+        faces, levels = self._shapes[self.rung_at(self._checked_features(features))]
+        return faces * 4 ** min(self._checked_level(level), levels)
 
     def level_faces(self, level: int | None = None, features: int | None = None) -> np.ndarray:
         """Faces (m, 3) int32 of a level (None: the finest) with the first features (None: all): those of the last rung that
