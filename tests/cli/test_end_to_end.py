@@ -71,6 +71,7 @@ def test_settings_reach_the_codec(run, made, sphere_file, tmp_path, model):
     assert ("encode" in report["seconds"]) == (model == "paper")
 
 
+@pytest.mark.slow
 def test_what_is_not_told_suits_the_mesh(run, sphere_file, tmp_path):
     told = ("--base-faces", "auto", "--levels", "auto", "--position-bits", "auto")
     for name, arguments in (("silent", ()), ("told", told)):
@@ -79,6 +80,7 @@ def test_what_is_not_told_suits_the_mesh(run, sphere_file, tmp_path):
     assert (tmp_path / "silent.npmesh").read_bytes() == (tmp_path / "told.npmesh").read_bytes()
 
 
+@pytest.mark.slow
 def test_a_size_in_bytes_is_kept_and_chooses_what_is_not_told(run, sphere_file, tmp_path):
     target = tmp_path / "small.npmesh"
     report = json.loads(run("compress", sphere_file, target, "--bytes", 700, "--json").out)
@@ -89,6 +91,7 @@ def test_a_size_in_bytes_is_kept_and_chooses_what_is_not_told(run, sphere_file, 
     assert (report["base_faces"], report["levels"]) == (60, 1) and report["bytes"] <= 700
 
 
+@pytest.mark.slow
 def test_a_size_that_the_base_does_not_fit_into_is_bad_input(run, sphere_file, tmp_path):
     target = tmp_path / "small.npmesh"
     outcome = run("compress", sphere_file, target, "--bytes", 400, "--base-faces", 400)

@@ -98,6 +98,7 @@ def run_examples(value: object, name: str) -> int:
     return len(test.examples)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("room", "name"), exported(), ids=str)
 def test_what_a_room_exports_has_an_example_that_is_true(room, name):
     value = getattr(importlib.import_module(f"npm_blender.core.{room}"), name)

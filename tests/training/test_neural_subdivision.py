@@ -117,6 +117,7 @@ def test_training_lowers_the_loss_on_what_it_sees(folder, tmp_path):
     assert np.mean(losses[-10:]) < 0.9 * np.mean(losses[:4])
 
 
+@pytest.mark.slow
 def test_a_resumed_run_is_the_run_that_was_not_interrupted(folder, tmp_path):
     config = TrainConfig()
     whole, first = Trainer(folder, tmp_path / "whole", config), Trainer(folder, tmp_path / "parts", config)

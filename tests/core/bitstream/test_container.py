@@ -169,6 +169,7 @@ def mended(data, at, value, name):
     return bytes(body)
 
 
+@pytest.mark.slow
 @ALL
 @settings(max_examples=300)
 @given(st.data())

@@ -135,6 +135,7 @@ def test_a_cut_inside_a_later_base_shows_the_rung_before(name):
             assert read.features == one.features
 
 
+@pytest.mark.slow
 @NAMES
 def test_every_flipped_byte_is_noticed_and_leaves_what_came_before(name):
     data, whole = LADDERS[name].data, READ[name]

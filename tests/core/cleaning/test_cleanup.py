@@ -59,6 +59,7 @@ def test_off_refuses_exactly_what_does_not_qualify(name):
         assert_manifold(result)
 
 
+@pytest.mark.slow
 @given(st.integers(0, 2**31), st.integers(5, 40), st.integers(MIN_FACES, 200), st.booleans())
 @settings(max_examples=150, deadline=None)
 def test_any_triangles_end_in_a_manifold_or_a_named_error(seed, n, m, grid):

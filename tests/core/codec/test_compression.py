@@ -20,6 +20,7 @@ def worse(mesh, source):
     return max(found.d_pm, found.d_reverse)
 
 
+@pytest.mark.slow
 @ALL
 def test_a_decoded_mesh_keeps_the_topology_and_is_nearer_than_its_base(name, settings):
     stream, source = opened(name, settings), topology_of(SHAPES[name].F)

@@ -15,6 +15,7 @@ STREAMS = {"displaced": displaced_sample(levels=2, stages=3).data, "sharp": disp
 ALL = pytest.mark.parametrize("name", STREAMS)
 
 
+@pytest.mark.slow
 @ALL
 def test_every_prefix_decodes_as_the_whole_does_with_as_many_features(name):
     data = STREAMS[name]

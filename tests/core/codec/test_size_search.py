@@ -74,6 +74,7 @@ def test_base_faces_and_levels_that_were_asked_for_are_obeyed():
     assert (opened.base_faces, opened.levels) == (100, 2) and opened.total_bytes <= 900
 
 
+@pytest.mark.slow
 def test_a_base_that_was_asked_for_and_does_not_fit_is_refused():
     with pytest.raises(SettingsError, match=r"Expected a base mesh of at most 300 bytes, found .* for 400 faces; allow more"):
         compress(SHAPES["closed"], limited(300, LodSettings(base_faces=400)), silent)

@@ -50,6 +50,7 @@ def test_a_base_below_what_handles_need_gets_faces_that_show_them():
     assert error(mesh, shown) < 0.1 * error(mesh, pressed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [9, 12])
 def test_larger_gratings_have_no_turned_faces_either(size):
     lod = build_levels(decimate(grating(size), 400), 3)
@@ -114,6 +115,7 @@ def test_a_chosen_base_of_very_many_handles_is_larger_than_others():
     assert len(base.F0) == 100 * HANDLE > MOST and base.message == ""
 
 
+@pytest.mark.slow
 def test_a_budget_that_does_not_pay_for_the_room_gets_the_least_base():
     mesh = grating(7)
     settings = [CompressSettings(lod=LodSettings(base_faces=400, levels=1), budget=b) for b in (5000, 1500)]

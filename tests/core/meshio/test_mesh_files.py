@@ -357,6 +357,7 @@ def test_no_permission_is_named(tmp_path, monkeypatch, step):
         read_mesh(tmp_path / "a.ply") if step == "read_bytes" else write_mesh(tmp_path / "b.ply", CUBE)
 
 
+@pytest.mark.slow
 def test_reading_and_writing_need_no_scipy_networkx_or_pillow(tmp_path):
     program = """
 import sys
