@@ -18,7 +18,7 @@ from .target import Target
 DEFAULT_FACES = 800             # of the first base: about 1 kB
 COARSER = 6                     # times fewer than the source has, at least
 FINER, FEWEST = 4, 2.5          # times as many faces in the next base, where the source has so many times more than that
-AHEAD = 1.5                     # bytes of the first rung for each face of the next base, before that is tried
+LEAD = 1.5                      # bytes of the first rung for each face of the next base, before that is tried
 WHOLE = 1600                    # faces of a mesh that is its own base: a few kB
 ENOUGH = 2                      # levels of a smooth scheme
 STAGES = 14                     # at most
@@ -59,7 +59,7 @@ def ladder(target: Target, bits: int, most: int, progress: Progress = no_progres
     limit = exact.base_size if exact else most  # beyond it the mesh itself is nearer
     finer = FINER * faces
     another = whole >= FEWEST * finer
-    found = one_rung(target, faces, AUTO, bits, int(AHEAD * finer) if another else limit,
+    found = one_rung(target, faces, AUTO, bits, int(LEAD * finer) if another else limit,
                      part(progress, 0, 0.4 if another else 1))
     rungs, first = found.rungs, found.rungs[0]
     if another:
@@ -71,8 +71,11 @@ def ladder(target: Target, bits: int, most: int, progress: Progress = no_progres
                 rungs.append(second)
         if len(rungs) == 1:
             more_stages(first, limit, part(progress, 0.6, 1))
-    if exact and _placed(rungs[-1], exact) and _follows(rungs[-1], exact):
-        rungs.append(exact)
+    if exact and _placed(rungs[-1], exact):
+        if _follows(rungs[-1], exact):
+            rungs.append(exact)
+        else:  # what was cut for it comes back
+            more_stages(rungs[-1], limit)
     for rung in rungs:
         _settled(rung)
     return Ladder(rungs, found.message)
